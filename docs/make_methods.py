@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from bubblemesh.packing.configure import all_options, options
-from bubblemesh.packing.methods import METHODS
+from bubblemesh.packing.ellipses.schemes import UNUSED
+from bubblemesh.packing.methods import COLUMNS, METHODS
 
 PAGE = Path(__file__).with_name("methods.md")
 
@@ -17,10 +18,13 @@ def made(text: str) -> str:
 
 def table() -> list[str]:
     """Lines of the table: each key, its value in each method that uses it, and what it means."""
-    values = [options(method) for method in METHODS.values()]
+    values = {name: options(method) for name, method in METHODS.items()}
+    for name, keys in UNUSED.items():
+        for key in keys:
+            del values["ellipses"][COLUMNS[name].section][key]
     rows = [["key", *METHODS, "meaning"], ["---"] * (len(METHODS) + 2)]
     for option in all_options():
-        shown = (str(value[option.section].get(option.key, "")) for value in values)
+        shown = (str(value[option.section].get(option.key, "")) for value in values.values())
         rows.append([f"`{option.section}.{option.key}`", *shown, option.meaning])
     return [f"| {' | '.join(row)} |" for row in rows]
 

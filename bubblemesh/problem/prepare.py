@@ -229,8 +229,7 @@ def _require_possible_in_metric(domain: Domain, request: SpacingRequest, task: T
         if given:
             with about(Key([key])):
                 raise CaseError(f"{key}: does not go with a metric: {reason}: leave out {key}, or the metric")
-    with about(Key(["packing"])):
-        Schemes.of(task.method)
+    Schemes.of(task.method)
 
 
 def task_of(case: Case, domain: Domain) -> Task:

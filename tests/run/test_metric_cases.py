@@ -159,6 +159,14 @@ def test_a_metric_that_jumps_is_told_and_graded_if_the_case_says_so():
         ({"largest": 0.01}, "largest: does not go with a metric: it adds nodes by circles.*bound the sizes"),
         ({"packing": {"population": "thresholds"}}, "packing.population: in a metric only defects"),
         ({"packing": {"motion": "euler"}}, "packing.motion: in a metric only semi-implicit"),
+        ({"packing": {"levels": "doubling"}}, "packing.levels: in a metric only single"),
+        ({"packing": {"relaxation": "nearby"}}, "packing.relaxation: in a metric only connected"),
+        ({"schedule": {"viscosity": "saw-tooth"}}, "schedule.viscosity: in a metric only constant"),
+        ({"schedule": {"odd": "touched"}}, "schedule.odd: in a metric only none"),
+        ({"packing": {"k0": 2.0}}, "packing.k0: it has no effect in a metric: leave it out"),
+        ({"packing": {"force": "plain"}}, "packing.force: it has no effect in a metric"),
+        ({"packing": {"refresh": 3}}, "packing.refresh: it has no effect in a metric"),
+        ({"packing": {"shape_step": 0.02}}, "packing.shape_step: it has no effect in a metric"),
     ],
 )
 def test_what_does_not_go_with_a_metric_is_refused(keys, match):

@@ -1,6 +1,7 @@
 """Packing of ellipses: what each round does to bubbles in a metric."""
 
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 
@@ -12,14 +13,14 @@ from bubblemesh.packing.ellipses.net import EllipseNet, connected, flipped_net
 from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.ellipses.smoothing import costs, smoothed
-from bubblemesh.packing.ellipses.trials import tried
+from bubblemesh.packing.ellipses.trials import Tried, tried
 from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.packing.setting import Setting
-from bubblemesh.packing.smoothing import Smoothing
+from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
@@ -53,6 +54,8 @@ class EllipsePacking:
     @staticmethod
     def finishing_work(method: Method, bubbles: int) -> float:
         """Expected cost of the end of a packing, in steps of relaxation of one bubble."""
+        if not _smooths(method.smoothing):
+            return 0.0
         return (method.smoothing.passes * SMOOTHING + method.mending.attempts * TRIAL) * bubbles
 
     @property
@@ -90,14 +93,14 @@ class EllipsePacking:
 
         Of few passes all come after the trials; without any there are no trials either.
         """
-        smoothing, mending = self.schemes.smoothing, self.schemes.mending
-        if isinstance(smoothing, Smoothing) and smoothing.passes > 0:
+        smoothing, mending, inserted = self.schemes.smoothing, self.schemes.mending, 0
+        if _smooths(smoothing):
             last = min(smoothing.passes, LAST_PASSES)
             self._smooth(smoothing.passes - last, smoothing, mending)
             if isinstance(mending, Mending):
-                self._attempt(smoothing, mending)
+                inserted = self._attempt(smoothing, mending)
             self._smooth(last, smoothing, NoMending())
-        return 0, Relaxed.none(self.net.bubbles)
+        return inserted, Relaxed.none(self.net.bubbles)
 
     def end(self) -> None:
         """Look at the metric once more: between two looks ellipses keep that of where they were."""
@@ -109,11 +112,13 @@ class EllipsePacking:
         In a metric that jumps from bubble to bubble this may pile them up: then they stay where they were.
         """
         cost, before = CONNECTING + self.schemes.annealing.shake_steps, self.ellipses
-        for ellipses, cycles in annealed(self.ellipses, self.spacing, self.schemes, self.setting.random):
-            self.ellipses = ellipses
-            self._count(cycles * cost)
-        if _disorder(self.net, self.spacing) > _disorder(before.net, self.spacing):
-            self.ellipses = before
+        try:
+            for ellipses, cycles in annealed(self.ellipses, self.spacing, self.schemes, self.setting.random):
+                self.ellipses = ellipses
+                self._count(cycles * cost)
+        finally:  # also if the time is up
+            if _disorder(self.net, self.spacing) > _disorder(before.net, self.spacing):
+                self.ellipses = before
 
     def _smooth(self, passes: int, smoothing: Smoothing, mending: NoMending | Mending) -> None:
         """Passes of smoothing; between them bubbles leave, as often as there are attempts at most."""
@@ -123,21 +128,28 @@ class EllipsePacking:
             self.ellipses = smoothed(self.ellipses, self.setting.domain, self.spacing, smoothing)
             self._count(SMOOTHING)
 
-    def _attempt(self, smoothing: Smoothing, mending: Mending) -> None:
-        """Try other neighbours around bad triangles."""
+    def _attempt(self, smoothing: Smoothing, mending: Mending) -> int:
+        """Try other neighbours around bad triangles; the number of new bubbles."""
         given, left = (self.ellipses, self.spacing, smoothing, mending, self.setting.random), mending.attempts
-
-        def on_attempt() -> None:
-            nonlocal left
-            left -= 1
-            self._count(TRIAL)
-
-        self.ellipses = tried(*given, on_attempt)
-        self._count(left * TRIAL)  # no triangles were left for these
+        last: Tried | None = None
+        try:
+            for state in tried(*given):
+                last, left = state, left - 1
+                self._count(TRIAL)
+            self._count(left * TRIAL)  # no triangles were left for these
+        finally:  # also if the time is up
+            if last is not None:
+                self.ellipses = last.within(self.net, self.spacing)
+        return 0 if last is None else last.came
 
     def _count(self, cost: float) -> None:
         """Count what has been done with each bubble as progress."""
         self.setting.progress.add(cost * len(self.ellipses.tensors))
+
+
+def _smooths(smoothing: NoSmoothing | Smoothing) -> TypeGuard[Smoothing]:
+    """Whether a packing ends with passes of smoothing: without any there are no trials either."""
+    return isinstance(smoothing, Smoothing) and smoothing.passes > 0
 
 
 def _disorder(net: Net, spacing: MetricSpacing) -> float:

@@ -3,7 +3,7 @@
 Forces and smoothing find the best places of bubbles for the neighbours that they have, trials find other neighbours.
 """
 
-from collections.abc import Callable
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -42,17 +42,21 @@ class Tried:
     triangles: Integers  # (t, 3)
     costs: Floats  # (t,)
     failures: Integers  # (n,): trials in vain of triangles there
+    came: int = 0  # bubbles that have come, those that have left again too
+
+    def within(self, net: Net, spacing: MetricSpacing) -> EllipseNet:
+        """These bubbles within the boundary of a net, with the tensors of a spacing."""
+        fixed, tensors = net.bubbles.boundary_count, spacing.at(self.x)
+        shell, d = net.bubbles.select(np.arange(fixed)), area_sizes(tensors)
+        bubbles, (edges, _) = shell.append(self.x[fixed:], d[fixed:]), unique_edges(self.triangles)
+        tried_net = Net(bubbles, net.facets, net.facet_piece, net.two_sided, self.triangles, edges)
+        return EllipseNet(tried_net, tensors, self.x)
 
 
 def tried(
-    ellipses: EllipseNet,
-    spacing: MetricSpacing,
-    smoothing: Smoothing,
-    mending: Mending,
-    random: np.random.Generator,
-    on_attempt: Callable[[], None] = lambda: None,
-) -> EllipseNet:
-    """The net after attempts at its triangles with a measure above ``mend_worse``, each of which is told."""
+    ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing, mending: Mending, random: np.random.Generator
+) -> Iterator[Tried]:
+    """Bubbles and triangles after each attempt at those with a measure above ``mend_worse``, until none are left."""
     net, asked = ellipses.net, spacing.unstraightened
     x, triangles = net.bubbles.x, net.triangles
     trials = Trials(net, asked, smoothing, mending, random)
@@ -62,12 +66,7 @@ def tried(
         if len(candidates) == 0:
             break
         state = trials.attempt(state, candidates)
-        on_attempt()
-    fixed, tensors = net.bubbles.boundary_count, spacing.at(state.x)
-    shell, d = net.bubbles.select(np.arange(fixed)), area_sizes(tensors)
-    bubbles, (edges, _) = shell.append(state.x[fixed:], d[fixed:]), unique_edges(state.triangles)
-    done = Net(bubbles, net.facets, net.facet_piece, net.two_sided, state.triangles, edges)
-    return EllipseNet(done, tensors, state.x)
+        yield state
 
 
 @record
@@ -111,7 +110,8 @@ class Trials:
         used = np.arange(len(x)) < self.net.bubbles.boundary_count
         used[triangles] = True
         numbered = (np.cumsum(used) - 1)[triangles]
-        return Tried(x[used], tensors[used], numbered, np.append(state.costs[stays], cost), failures[used])
+        now = x[used], tensors[used], numbered, np.append(state.costs[stays], cost), failures[used]
+        return Tried(*now, state.came + came)
 
     def changed(self, patches: PatchNet, corners: Integers, state: Tried, edges: Integers) -> PatchNet:
         """Patches in which a bubble has left, one has come, or the free ones are displaced.

@@ -6,7 +6,6 @@ from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.tensors import intersections, lengths
 
-MOST_STEPS = 30  # from node to node
 SETTLED = 1e-3  # relative change of the entries of a tensor that is none
 
 
@@ -26,14 +25,13 @@ def graded(points: Floats, triangles: Integers, tensors: Floats, growth: float) 
     pairs = pairs[np.argsort(pairs[:, 1], kind="stable")]
     _, rank = members(np.bincount(pairs[:, 1], minlength=len(points)))
     turns = [pairs[rank == turn].T for turn in range(int(rank.max(initial=-1)) + 1)]
-    result = tensors
-    for _ in range(MOST_STEPS):
-        before, result = result, result.copy()
-        for origin, end in turns:  # each node is the end of one edge at most
-            length = lengths(before[origin], points[end] - points[origin])
-            reach = before[origin] / ((1 + growth * length) ** 2)[:, None]
+    result, told, news = tensors.copy(), tensors.copy(), np.ones(len(points), bool)
+    while news.any():  # it goes on from node to node; each time a size is less by more than what counts as none
+        told[news] = result[news]
+        for origins, ends in turns:  # each node is the end of one edge at most
+            origin, end = (nodes[news[origins]] for nodes in (origins, ends))
+            length = lengths(told[origin], points[end] - points[origin])
+            reach = told[origin] / ((1 + growth * length) ** 2)[:, None]
             result[end] = intersections(result[end], reach)
-        change = np.abs(result - before).max(axis=1)
-        if (change <= SETTLED * (before[:, 0] + before[:, 2])).all():
-            break
+        news = np.abs(result - told).max(axis=1) > SETTLED * (told[:, 0] + told[:, 2])
     return result

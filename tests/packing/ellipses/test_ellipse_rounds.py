@@ -14,6 +14,7 @@ from bubblemesh.meshes.tensors import area_sizes, of_axes, roots
 from bubblemesh.packing.ellipses.annealing import SPARED, annealed
 from bubblemesh.packing.ellipses.mending import mended
 from bubblemesh.packing.ellipses.net import connected, flipped_net
+from bubblemesh.packing.ellipses.packing import EllipsePacking
 from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.ellipses.smoothing import costs, metrics_at, smoothed
@@ -23,6 +24,7 @@ from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.rounds import rounds
+from bubblemesh.packing.smoothing import NoSmoothing
 from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
@@ -34,6 +36,18 @@ def stretched_hexagon(side, factor):
     """A hexagon that is longer along x by a factor: a lattice of ellipses fills it."""
     corners = hexagon_domain(side).boundary.corners * [factor, 1]
     return Domain.of(rings.polygon(corners))
+
+
+def front():
+    """Ellipses along a bent front, ten times as long as wide."""
+
+    def tensors(x, y):
+        slope = 0.4 * np.pi * np.cos(2 * np.pi * x)
+        long = np.hypot(1, slope)
+        across = np.minimum(0.01 + 0.2 * np.abs(y - 0.5 - 0.2 * np.sin(2 * np.pi * x)) / long, 0.1)
+        return of_axes(across, np.full(len(x), 0.1), np.column_stack([1 / long, slope / long]))
+
+    return MetricSpacing.of_tensors(tensors, 10.0).straightened()
 
 
 def packed(domain, spacing, watch=lambda share: None, method=METHOD):
@@ -56,8 +70,9 @@ def test_a_uniform_stretch_gives_the_perfect_lattice_from_most_starts(factor):
     assert sum(perfect) >= 7
 
 
-def test_rounds_follow_each_other_and_tell_the_reason_last():
-    found = packed(SQUARE, uniform_metric(0.05, 0.2, 0.5))
+@pytest.mark.parametrize("spacing", [uniform_metric(0.05, 0.2, 0.5), front()], ids=["uniform", "front"])
+def test_rounds_follow_each_other_and_tell_the_reason_last(spacing):
+    found = packed(SQUARE, spacing)
     assert [done.number for done in found] == list(range(1, len(found) + 1))
     assert [done.stop_reason is None for done in found] == [True] * (len(found) - 1) + [False]
     for done in found:
@@ -173,18 +188,6 @@ def test_bubbles_come_to_long_edges_where_the_area_lacks_them():
     assert (signed_areas(change.net.net.bubbles.x, change.net.net.triangles) > 0).all()
 
 
-def front():
-    """Ellipses along a bent front, ten times as long as wide."""
-
-    def tensors(x, y):
-        slope = 0.4 * np.pi * np.cos(2 * np.pi * x)
-        long = np.hypot(1, slope)
-        across = np.minimum(0.01 + 0.2 * np.abs(y - 0.5 - 0.2 * np.sin(2 * np.pi * x)) / long, 0.1)
-        return of_axes(across, np.full(len(x), 0.1), np.column_stack([1 / long, slope / long]))
-
-    return MetricSpacing.of_tensors(tensors, 10.0).straightened()
-
-
 def test_as_many_bubbles_are_packed_as_the_area_in_the_metric_has_room_for():
     *_, last = packed(SQUARE, front())
     x, triangles = last.net.bubbles.x, last.net.triangles
@@ -216,6 +219,47 @@ def test_bubbles_stay_where_they_were_if_annealing_piles_them_up(monkeypatch):
         monkeypatch.setattr("bubblemesh.packing.ellipses.packing.annealed", annealing)
         found.append(packed(SQUARE, front())[-1].net.bubbles.x)
     np.testing.assert_array_equal(*found)
+
+
+def test_bubbles_stay_where_they_were_if_the_time_is_up_while_annealing_piles_them_up(monkeypatch):
+    going = []
+
+    def piled(ellipses, *given):
+        x = ellipses.net.bubbles.x.copy()
+        x[ellipses.interior] = 0.5 + 0.9 * (x[ellipses.interior] - 0.5)
+        going.append(ellipses)
+        yield ellipses.at(x), 1
+
+    def watch(done):
+        if going:
+            raise TimeUp("no time")
+
+    monkeypatch.setattr("bubblemesh.packing.ellipses.packing.annealed", piled)
+    *_, last = packed(SQUARE, front(), watch)
+    np.testing.assert_array_equal(last.net.bubbles.x, going[0].net.bubbles.x)
+
+
+def test_trials_made_when_the_time_is_up_are_not_lost(monkeypatch):
+    done = []
+
+    def noted(*given):
+        for each in tried(*given):
+            done.append(each)
+            yield each
+
+    def watch(share):
+        if len(done) == 3:
+            raise TimeUp("no time")
+
+    monkeypatch.setattr("bubblemesh.packing.ellipses.packing.tried", noted)
+    *_, last = packed(SQUARE, front(), watch)
+    assert len(done) == 3
+    np.testing.assert_array_equal(last.net.bubbles.x, done[-1].x)
+
+
+@pytest.mark.parametrize("smoothing", [NoSmoothing(), replace(METHOD.smoothing, passes=0)], ids=["none", "no pass"])
+def test_without_smoothing_no_trials_are_expected(smoothing):
+    assert EllipsePacking.finishing_work(replace(METHOD, smoothing=smoothing), 1000) == 0
 
 
 def test_smoothing_goes_by_the_metric_that_is_asked_for():

@@ -42,9 +42,13 @@ def settled(domain, spacing):
     return connected(first.net.bubbles, domain, spacing)
 
 
-def attempted(ellipses, spacing, seed=0, on_attempt=lambda: None, **keys):
+def attempts(ellipses, spacing, seed=0, **keys):
     mending = replace(METHOD.mending, **keys)
-    return tried(ellipses, spacing, METHOD.smoothing, mending, np.random.default_rng(seed), on_attempt)
+    return list(tried(ellipses, spacing, METHOD.smoothing, mending, np.random.default_rng(seed)))
+
+
+def attempted(ellipses, spacing, seed=0):
+    return attempts(ellipses, spacing, seed)[-1].within(ellipses.net, spacing)
 
 
 @pytest.fixture(scope="module", params=[SQUARE, SLIT], ids=["square", "slit"])
@@ -75,17 +79,23 @@ def test_trials_are_the_same_for_the_same_seed(ellipses):
 
 
 def test_trials_tell_of_each_attempt(ellipses):
-    told = []
-    attempted(ellipses, waves(), on_attempt=lambda: told.append(None), mend_attempts=4)
-    assert len(told) == 4
+    found = attempts(ellipses, waves(), mend_attempts=4)
+    assert len(found) == 4
+    least = [(each.costs + 1.0).sum() for each in found]
+    assert least == sorted(least, reverse=True)
+
+
+def test_trials_count_the_bubbles_that_come(ellipses):
+    came, before = 0, np.arange(len(ellipses.tensors))
+    for each in attempts(ellipses, waves()):
+        assert each.came >= came
+        assert len(each.x) - len(before) <= each.came
+        came = each.came
+    assert came > 0
 
 
 def test_where_no_triangle_is_bad_nothing_is_tried(ellipses):
-    told = []
-    found = attempted(ellipses, waves(), on_attempt=lambda: told.append(None), mend_worse=1e3)
-    assert not told
-    np.testing.assert_array_equal(found.net.bubbles.x, ellipses.net.bubbles.x)
-    np.testing.assert_array_equal(found.net.triangles, ellipses.net.triangles)
+    assert not attempts(ellipses, waves(), mend_worse=1e3)
 
 
 def lattice():

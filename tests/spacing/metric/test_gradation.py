@@ -49,6 +49,23 @@ def test_sizes_beside_a_jump_grow_linearly_with_the_distance():
     assert np.median(axes(found[points[:, 0] > 0.9]).across) > 0.015
 
 
+@pytest.mark.parametrize("growth", [0.2, 0.02])
+def test_growth_goes_on_along_hundreds_of_edges(growth):
+    """A strip of 400 columns, fine at its left end: sizes grow with the length, h = h0 exp(growth * l) at most."""
+    x, y = np.meshgrid(np.arange(401.0), [0.0, 1.0])
+    points, (first, above) = np.column_stack([x.ravel(), y.ravel()]), (np.arange(400), 401 + np.arange(400))
+    triangles = np.concatenate(
+        [np.column_stack([first, first + 1, above]), np.column_stack([first + 1, above + 1, above])]
+    )
+    sizes = np.where(points[:, 0] == 0, 1.0, 1000.0)
+    tensors = np.column_stack([sizes**-2, 0 * sizes, sizes**-2])
+    found = graded(points, triangles, tensors, growth)
+    require_graded(points, triangles, found, growth)
+    along = axes(found).across[:401]
+    # Of homogeneous growth the sizes follow h' = growth, whatever the step.
+    np.testing.assert_allclose(along, np.minimum(1 + growth * np.arange(401), 1000), rtol=0.01)
+
+
 def test_an_even_metric_stays_as_it_is():
     points, triangles = scattered(50)
     tensors = np.tile([4.0, 0.5, 1.0], (len(points), 1))
