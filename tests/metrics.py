@@ -3,13 +3,18 @@
 import numpy as np
 
 from bubblemesh.case.models import Case
-from bubblemesh.meshes.tensors import of_axes
+from bubblemesh.meshes.tensors import axes, of_axes
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 FRONT = {
     "angle": "atan2(0.4*pi*cos(2*pi*x), 1)",
     "across": "min(0.02 + 0.2*abs(y - 0.5 - 0.2*sin(2*pi*x))/hypot(1, 0.4*pi*cos(2*pi*x)), 0.06)",
 }
+
+
+def tensor_metric(tensors, aspect=1.0):
+    """The spacing of tensors (n, 3) at x (n,) and y (n,)."""
+    return MetricSpacing.of(lambda x, y: axes(tensors(x, y)), aspect)
 
 
 def uniform_metric(across, along, angle):
@@ -19,7 +24,7 @@ def uniform_metric(across, along, angle):
         direction = np.broadcast_to([np.cos(angle), np.sin(angle)], (len(x), 2))
         return of_axes(np.full(len(x), across), np.full(len(x), along), direction)
 
-    return MetricSpacing.of_tensors(tensors, along / across)
+    return tensor_metric(tensors, along / across)
 
 
 def random_tensors(random, count, aspect=50.0):

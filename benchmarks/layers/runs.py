@@ -1,9 +1,7 @@
 """Runs both tools on every shape in turns, each in a process of its own, and measures the meshes."""
 
 import json
-import os
 import resource
-import signal
 import subprocess
 import sys
 import tempfile
@@ -11,7 +9,6 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
-from textwrap import shorten
 
 import numpy as np
 
@@ -19,11 +16,9 @@ from benchmarks.layers.figures import Figures, measured, wrong
 from benchmarks.layers.made import Made
 from benchmarks.layers.shapes import shapes
 from benchmarks.layers.tools import FANS, OURS, TOOLS
-from benchmarks.peers.runs import ONE_THREAD, ROOT
+from benchmarks.peers.runs import NAN, printed, reason
 
 TIMEOUT = 60  # seconds
-LONGEST_REASON = 100  # characters
-NAN = float("nan")
 
 
 @dataclass(frozen=True)
@@ -76,23 +71,16 @@ def run(name: str, tool: str) -> Run:
         file = Path(folder) / "mesh.npz"
         command = [sys.executable, "-m", "benchmarks.layers.one", name, tool, str(file)]
         try:
-            done = subprocess.run(
-                command,
-                cwd=ROOT,
-                env=os.environ | ONE_THREAD,
-                check=True,
-                capture_output=True,
-                text=True,
-                timeout=TIMEOUT,
-            )
+            seconds = map(float, printed(command, TIMEOUT).splitlines()[-1].split())
+            program = _program(name, tool)
         except subprocess.SubprocessError as error:
-            return Run(failure=_reason(error))
+            return Run(failure=reason(error))
         with np.load(file) as arrays:
             made = Made(**arrays)
     faults = wrong(made, keys)
     if faults:
         return Run(failure="; ".join(faults))
-    return Run(*map(float, done.stdout.splitlines()[-1].split()), _program(name, tool), measured(made, keys))
+    return Run(*seconds, program, measured(made, keys))
 
 
 def _program(name: str, tool: str) -> float:
@@ -107,13 +95,7 @@ def _program(name: str, tool: str) -> float:
         if tool not in commands:
             return NAN
         before = _of_children()
-        subprocess.run(
-            [sys.executable, "-m", *commands[tool]],
-            cwd=ROOT,
-            env=os.environ | ONE_THREAD,
-            check=True,
-            capture_output=True,
-        )
+        printed([sys.executable, "-m", *commands[tool]], TIMEOUT)
         return _of_children() - before
 
 
@@ -121,15 +103,3 @@ def _of_children() -> float:
     """Processor seconds of all processes that have ended so far."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
-
-
-def _reason(error: subprocess.SubprocessError) -> str:
-    match error:
-        case subprocess.TimeoutExpired():
-            return f"no mesh within {TIMEOUT} s"
-        case subprocess.CalledProcessError(returncode=code) if code < 0:
-            return f"ended by {signal.Signals(-code).name}"
-        case subprocess.CalledProcessError(stderr=text, returncode=code):
-            last = text.strip().splitlines()[-1] if text.strip() else f"exit code {code}"
-            return shorten(last.removeprefix("Exception: "), LONGEST_REASON)
-    return str(error)

@@ -48,7 +48,6 @@ COLUMNS = {
     "edge": Column("l/d mean", ".3f", _close_to_one),
     "spread": Column("l/d spread", ".3f", _low),
 }
-QUALITY = ("mean", "p01", "least", "irregular", "spread")
 
 
 @dataclass(frozen=True)

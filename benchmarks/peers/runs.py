@@ -105,27 +105,33 @@ def _run(problem: Problem, tool: str, method: str) -> Run:
             with np.load(file) as mesh:
                 figures = measured(mesh["points"], mesh["triangles"], problem)
         except (subprocess.SubprocessError, FlawError, BubblemeshError) as error:
-            return Run(failure=_reason(error))
+            return Run(failure=reason(error))
     return Run(**costs, figures=figures)
 
 
 def _printed(command: list[str]) -> dict[str, float]:
     """What a process prints in its last line."""
+    return json.loads(printed(command, TIMEOUT).splitlines()[-1])
+
+
+def printed(command: list[str], timeout: float) -> str:
+    """What a process with one thread prints; SubprocessError if it fails or takes longer."""
     environment = os.environ | ONE_THREAD
-    done = subprocess.run(
-        command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True, timeout=TIMEOUT
-    )
-    return json.loads(done.stdout.splitlines()[-1])
+    return subprocess.run(
+        command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True, timeout=timeout
+    ).stdout
 
 
-def _reason(error: Exception) -> str:
+def reason(error: Exception) -> str:
+    """Why there is no mesh, in a few words."""
     match error:
-        case subprocess.TimeoutExpired():
-            return f"no mesh within {TIMEOUT // 60} minutes"
+        case subprocess.TimeoutExpired(timeout=seconds):
+            return f"no mesh within {seconds:g} s"
         case subprocess.CalledProcessError(returncode=code) if code < 0:
             return f"ended by {signal.Signals(-code).name}"
         case subprocess.CalledProcessError(stderr=text, returncode=code):
-            return shorten(text.strip().splitlines()[-1], LONGEST_REASON) if text.strip() else f"exit code {code}"
+            last = text.strip().splitlines()[-1] if text.strip() else f"exit code {code}"
+            return shorten(last.removeprefix("Exception: "), LONGEST_REASON)
     return str(error)
 
 
@@ -135,7 +141,7 @@ def _whole(name: str, method: str) -> float:
     with tempfile.TemporaryDirectory() as folder:
         begun = perf_counter()
         try:
-            subprocess.run([*command, folder], cwd=ROOT, check=True, capture_output=True, timeout=TIMEOUT)
+            printed([*command, folder], TIMEOUT)
         except subprocess.SubprocessError:
             return NAN
         return perf_counter() - begun

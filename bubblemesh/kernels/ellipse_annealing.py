@@ -6,7 +6,8 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.annealing import Cycles
-from bubblemesh.kernels.ellipses import CUTOFF, FLATTEST, KEEP, MOST_MOVE, MOST_PASSES, SHORTEST, SURE
+from bubblemesh.kernels.ellipse_flips import FLATTEST, MOST_PASSES, SURE
+from bubblemesh.kernels.ellipse_motion import CUTOFF, KEEP, MOST_MOVE, SHORTEST
 from bubblemesh.kernels.library import Library
 from bubblemesh.kernels.linking import room_of_edges, shortened
 
@@ -15,11 +16,11 @@ class Tensors(NamedTuple):
     """Tensors that ellipses keep through some cycles."""
 
     entries: Floats  # (n, 3)
-    roots: Floats  # (n, 3): as of `meshes.tensors.roots`
+    roots: Floats  # (n, 3): as of `tensors.roots`
 
 
 class Relaxing(NamedTuple):
-    """How ellipses are relaxed in each cycle, as of `ellipses.relaxed`."""
+    """How ellipses are relaxed in each cycle, as of `ellipse_motion.relaxed`."""
 
     fixed: int  # the first ones, which stay
     steps: int

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.layers.heights import on_pieces, reached
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.strips import Strips
@@ -57,9 +57,8 @@ def joined(rest: Rest, net: Net, spacing: Spacing) -> Joined:
 def _on_whole(strips: Strips) -> tuple[Integers, Floats]:
     """Piece (n,) of the whole on which each node of the strips slides, -1 for none, and its arc length (n,) there."""
     walls, columns, count = strips.walls, strips.columns, strips.heights.count
-    owner = np.repeat(np.arange(len(columns)), count)
-    level = np.arange(len(owner)) - (np.cumsum(count) - count)[owner] + 1
-    piece, s = on_pieces(columns, walls, owner, reached(columns, strips.heights, owner, level))
+    owner, rank = members(count)
+    piece, s = on_pieces(columns, walls, owner, reached(columns, strips.heights, owner, rank + 1))
     return np.append(walls.node_piece, piece), np.append(walls.node_s, s)
 
 

@@ -6,9 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.tensors import lengths, mapped, roots
 from bubblemesh.meshes.edges import numbered_edges
 from bubblemesh.meshes.quality import Measures
-from bubblemesh.meshes.tensors import determinants, lengths, mapped, roots
+from bubblemesh.meshes.tensors import determinants
 from bubblemesh.records import record
 
 SHORTEST, LONGEST = 0.5**0.5, 2.0**0.5  # edges between are as long as they should be: none is better halved or joined

@@ -1,10 +1,11 @@
-"""Symmetric tensors in the plane, as rows (m11, m12, m22), and lengths in them."""
+"""Symmetric tensors in the plane, as rows (m11, m12, m22), and the axes of their ellipses."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.tensors import lengths, mean_lengths, roots
 
 
 class Axes(NamedTuple):
@@ -24,6 +25,12 @@ class Axes(NamedTuple):
         """Ratios (n,) of the largest to the least spacing."""
         return self.along / self.across
 
+    @property
+    def diameters(self) -> Floats:
+        """Diameters (n,) of the circles of the same areas; NaN where there is no ellipse."""
+        with np.errstate(invalid="ignore"):
+            return np.where(self.across > 0, np.sqrt(self.across * self.along), np.nan)
+
     def times(self, factor: float | Floats) -> "Axes":
         """Ellipses whose sizes are multiplied by factors (n,), or by one."""
         return Axes(self.across * factor, self.along * factor, self.direction)
@@ -39,21 +46,6 @@ class Axes(NamedTuple):
     def shorter(self, share: Floats) -> "Axes":
         """Ellipses as wide, and of these shares (n,) of the length."""
         return Axes(self.across, share * self.along, self.direction)
-
-
-def lengths(tensors: Floats, vectors: Floats) -> Floats:
-    """Lengths (n,) of vectors (n, 2) in tensors (n, 3)."""
-    (m11, m12, m22), (vx, vy) = tensors.T, vectors.T
-    return np.asarray(np.sqrt(np.maximum(m11 * vx * vx + 2 * (m12 * vx * vy) + m22 * vy * vy, 0.0)))
-
-
-def mean_lengths(first: Floats, last: Floats) -> Floats:
-    """Lengths (n,) of edges that are ``first`` (n,) and ``last`` (n,) long in the metrics of their two ends.
-
-    It is nearly the logarithmic mean, that of an edge whose metric changes geometrically from end to end: two thirds of
-    the geometric mean and a third of the plain one, which is more than that by less than 2 % up to a ratio of 15.
-    """
-    return np.asarray((2 * np.sqrt(first * last) + (first + last) / 2) / 3)
 
 
 def edge_lengths(x: Floats, tensors: Floats, edges: Integers) -> Floats:
@@ -75,30 +67,6 @@ def area_sizes(tensors: Floats) -> Floats:
         return np.where(tensors[:, 0] > 0, determinants(tensors), np.nan) ** -0.25
 
 
-def roots(tensors: Floats) -> Floats:
-    """Upper triangular matrices R (n, 3), as rows (r11, r12, r22), with R' R equal to tensors (n, 3).
-
-    The length of a vector in a tensor is the usual one of R times the vector.
-    """
-    m11, m12, m22 = tensors.T
-    r11 = np.sqrt(m11)
-    r12 = m12 / r11
-    return np.column_stack([r11, r12, np.sqrt(np.maximum(m22 - r12 * r12, np.finfo(float).tiny))])
-
-
-def mapped(root: Floats, vectors: Floats) -> Floats:
-    """Products (n, 2) of roots (n, 3), as of `roots`, and vectors (n, 2)."""
-    (r11, r12, r22), (vx, vy) = root.T, vectors.T
-    return np.column_stack([r11 * vx + r12 * vy, r22 * vy])
-
-
-def unmapped(root: Floats, vectors: Floats) -> Floats:
-    """Vectors (n, 2) of which roots (n, 3) make the given ones (n, 2)."""
-    (r11, r12, r22), (vx, vy) = root.T, vectors.T
-    y = vy / r22
-    return np.column_stack([(vx - r12 * y) / r11, y])
-
-
 def multiplied(tensors: Floats, vectors: Floats) -> Floats:
     """Products (n, 2) of tensors (n, 3) and vectors (n, 2)."""
     (m11, m12, m22), (vx, vy) = tensors.T, vectors.T
@@ -113,13 +81,18 @@ def solved(tensors: Floats, vectors: Floats) -> Floats:
 
 def axes(tensors: Floats) -> Axes:
     """Axes of the ellipses of positive tensors (n, 3); those of others are no numbers."""
+    strong, _, direction = eigen(tensors)
+    weak = determinants(tensors) / strong  # where the difference in the smaller eigenvalue would cancel
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return Axes(1 / np.sqrt(strong), 1 / np.sqrt(weak), direction)
+
+
+def eigen(tensors: Floats) -> tuple[Floats, Floats, Floats]:
+    """Larger and smaller eigenvalues (n,) of symmetric tensors (n, 3), and unit vectors (n, 2) of the smaller ones."""
     m11, m12, m22 = tensors.T
     half, apart = (m11 + m22) / 2, np.hypot((m11 - m22) / 2, m12)
-    strong = half + apart
-    weak = determinants(tensors) / strong  # where the difference of both would cancel
-    angle = np.arctan2(m12, (m11 - m22) / 2) / 2  # of the short axis
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return Axes(1 / np.sqrt(strong), 1 / np.sqrt(weak), np.column_stack([-np.sin(angle), np.cos(angle)]))
+    angle = np.arctan2(m12, (m11 - m22) / 2) / 2  # of the larger one
+    return half + apart, half - apart, np.column_stack([-np.sin(angle), np.cos(angle)])
 
 
 def of_axes(across: Floats, along: Floats, direction: Floats) -> Floats:

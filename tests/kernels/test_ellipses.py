@@ -4,21 +4,12 @@ from metrics import random_tensors
 from test_linking import SIDES, scattered
 from twins import needs_compiler
 
-from bubblemesh.kernels import ellipses
-from bubblemesh.kernels.ellipses import (
-    Metrics,
-    costs_in,
-    flipped,
-    flipped_in_numpy,
-    moved,
-    moved_in_numpy,
-    relaxed,
-    relaxed_in_numpy,
-    smoothed,
-    smoothed_in_numpy,
-)
+from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
+from bubblemesh.kernels.ellipse_motion import KEEP, moved, moved_in_numpy, relaxed, relaxed_in_numpy
+from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, costs_in
+from bubblemesh.kernels.tensors import mapped, roots
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshes.tensors import mapped, of_axes, roots
+from bubblemesh.meshes.tensors import of_axes
 from bubblemesh.meshes.triangulation import linked, sorted_triangles
 from bubblemesh.packing.neighbours import maximal_independent_set
 
@@ -83,7 +74,7 @@ def test_moves_of_any_length_invert_no_triangle(seed):
     moves = np.random.default_rng(seed).normal(scale=0.5, size=x.shape)
     moves[:4] = 0
     places, share = moved(x, moves, triangles)
-    assert (signed_areas(places, triangles) >= ellipses.KEEP * signed_areas(x, triangles) * (1 - 1e-9)).all()
+    assert (signed_areas(places, triangles) >= KEEP * signed_areas(x, triangles) * (1 - 1e-9)).all()
     np.testing.assert_allclose(places, x + share[:, None] * moves)
     some, partly = moved(x, 0.1 * moves, triangles)
     assert (partly > 0).mean() > 0.3
@@ -143,8 +134,9 @@ def smoothing_problem(seed, aspect=8.0):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("aspect", [1.0, 30.0])
 def test_both_engines_smooth_alike(seed, aspect):
-    given = *smoothing_problem(seed, aspect), 3, 0.5
-    np.testing.assert_array_equal(smoothed(*given), smoothed_in_numpy(*given))
+    x, *given = smoothing_problem(seed, aspect)
+    newton = Newton(*given, 0.5)
+    np.testing.assert_array_equal(newton.moved(x, 3), newton.moved_in_numpy(x, 3))
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -153,7 +145,7 @@ def test_each_sweep_of_the_smoothing_lessens_the_sum_and_inverts_no_triangle(see
     x, triangles, inside, own, axes, groups = smoothing_problem(seed)
     first, before = x, costs_in(x, triangles, inside, own, weight).sum()
     for _ in range(4):
-        moved_on = smoothed(x, triangles, inside, own, axes, groups, 1, weight)
+        moved_on = Newton(triangles, inside, own, axes, groups, weight).moved(x, 1)
         np.testing.assert_array_equal(moved_on[:4], x[:4])
         after = costs_in(moved_on, triangles, inside, own, weight).sum()
         assert after < before

@@ -18,6 +18,7 @@ TESTS = [
     "kernels/test_annealed.py",
     "kernels/test_bulge_distances.py",
     "kernels/test_ellipses.py",
+    "kernels/test_enclosing.py",
     "kernels/test_linking.py",
     "kernels/test_lookup.py",
     "kernels/test_patches.py",

@@ -2,20 +2,8 @@ import numpy as np
 import pytest
 from metrics import matrices, random_tensors
 
-from bubblemesh.meshes.tensors import (
-    area_sizes,
-    axes,
-    edge_lengths,
-    intersections,
-    lengths,
-    mapped,
-    mean_lengths,
-    multiplied,
-    of_axes,
-    roots,
-    solved,
-    unmapped,
-)
+from bubblemesh.kernels.tensors import lengths, mapped, mean_lengths, roots, unmapped
+from bubblemesh.meshes.tensors import area_sizes, axes, edge_lengths, intersections, multiplied, of_axes, solved
 
 
 @pytest.fixture

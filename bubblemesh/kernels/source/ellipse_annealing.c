@@ -45,7 +45,7 @@ KERNEL int64_t metric_anneal(int64_t n, int64_t t, int64_t *triangles, int64_t f
                              int64_t passes, double sure, double flattest, int64_t *edges, int64_t *count)
 {
     const Circles circles = {passes, sure, flattest};
-    const Motion motion = {dt, c, cutoff, most, keep, shortest};
+    const Moving moving = {dt, c, cutoff, most, keep, shortest};
     const Nodes nodes = {n, fixed, x, roots, calm};
     int32_t *ends = malloc((size_t)(6 * t + 1) * sizeof *ends), *valence = malloc((size_t)(n + 1) * sizeof *valence);
     double *speeds = malloc((size_t)(steps + 1) * sizeof *speeds);
@@ -53,15 +53,15 @@ KERNEL int64_t metric_anneal(int64_t n, int64_t t, int64_t *triangles, int64_t f
     Sides sides;
     Room room;
     int64_t cycle, k, status = take_sides(&sides, n, t, triangles, f, facets);
-    if (!make_room(&room, n, t) || !ends || !valence || !speeds || !near || n >= INT32_MAX)
+    if (!make_moving_room(&room, n, t) || !ends || !valence || !speeds || !near || n >= INT32_MAX)
         status = NO_MEMORY;
     for (cycle = 0; status == DONE; cycle++) {
         const Chance chance = {(uint64_t)seed, (uint64_t)(first + cycle)};
-        *count = list_edges(&sides, edges);
+        *count = list_side_edges(&sides, edges);
         for (k = 0; k < 2 * *count; k++)
             ends[k] = (int32_t)edges[k];
         if (cycle > 0)
-            relax_ellipses(n, t, triangles, *count, ends, x, m, fixed, steps, &motion, speeds, &room);
+            relax_ellipses(n, t, triangles, *count, ends, x, m, fixed, steps, &moving, speeds, &room);
         if (cycle == cycles)
             break;
         mark_disorder(n, fixed, *count, ends, valence, near);
@@ -73,7 +73,7 @@ KERNEL int64_t metric_anneal(int64_t n, int64_t t, int64_t *triangles, int64_t f
     free(valence);
     free(speeds);
     free(near);
-    leave_room(&room);
+    leave_moving_room(&room);
     give_sides_back(&sides);
     return status;
 }

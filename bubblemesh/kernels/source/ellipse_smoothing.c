@@ -1,4 +1,4 @@
-/* Packing in a metric: smoothing that inverts no triangle; see ellipses.py. */
+/* Packing in a metric: smoothing that inverts no triangle; see ellipse_smoothing.py. */
 #include <math.h>
 #include <stdlib.h>
 

@@ -25,7 +25,7 @@ typedef struct {
 /* What the motion of nodes goes by. */
 typedef struct {
     double dt, c, cutoff, most, keep, shortest;
-} Motion;
+} Moving;
 
 /* Room to move n nodes of t triangles. */
 typedef struct {
@@ -35,7 +35,8 @@ typedef struct {
     char *marked;
 } Room;
 
-/* Finds the twins of the sides and those along facets (f, 2); NO_MEMORY or DONE, and either way they are given back. */
+/* Finds the twins of the sides and those along facets (f, 2); NO_MEMORY or DONE, and either way the caller gives them
+   back. */
 SHARED int64_t take_sides(Sides *s, int64_t n, int64_t t, int64_t *triangles, int64_t f, const int64_t *facets);
 SHARED void give_sides_back(Sides *s);
 
@@ -44,20 +45,20 @@ SHARED void give_sides_back(Sides *s);
 SHARED void flip_wrong(Sides *s, const double *x, const double *m, const Circles *circles);
 
 /* Lists the edges (3 t, 2), and gives their number. */
-SHARED int64_t list_edges(const Sides *s, int64_t *edges);
+SHARED int64_t list_side_edges(const Sides *s, int64_t *edges);
 
-SHARED int make_room(Room *room, int64_t n, int64_t t);
-SHARED void leave_room(Room *room);
+SHARED int make_moving_room(Room *room, int64_t n, int64_t t);
+SHARED void leave_moving_room(Room *room);
 
-/* Moves nodes x (n, 2) by share * move (n, 2) with the largest shares (n,) of the room, up to 1, that leave to each
-   triangle (t, 3) at least a part of its area; where halving does not help, nodes stay. */
+/* Moves nodes x (n, 2) by share * move (n, 2), so that each triangle (t, 3) keeps at least a part of its area. The shares
+   (n,) of the room are 1, halved for the nodes of those that do not, down to 1/16, and then 0. */
 SHARED void move_guarded(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *move, double keep,
                          Room *room);
 
 /* Steps of the motion of nodes x (n, 2) with tensors m (n, 3) under forces along edges with ends (e, 2); the first
    ``fixed`` nodes stay. The mean speeds in the metric come out (steps,). */
 SHARED void relax_ellipses(int64_t n, int64_t t, const int64_t *triangles, int64_t e, const int32_t *ends, double *x,
-                           const double *m, int64_t fixed, int64_t steps, const Motion *motion, double *speeds,
+                           const double *m, int64_t fixed, int64_t steps, const Moving *moving, double *speeds,
                            Room *room);
 
 /* Length of an edge that is a and b long in the metrics of its ends: nearly the logarithmic mean. */

@@ -80,8 +80,8 @@ SIDE_BY_SIDE static void triangle_pulls(const double *u, const double *w, const 
     }
 }
 
-/* Gradients (2, BLOCK) of (l / l0 - 1)^2 by the first ends of edges that are dx and dy long, at the last ends less
-   than nothing by as much. */
+/* Gradients (2, BLOCK) of (l / l0 - 1)^2 by the first ends of edges that are dx and dy long: those by the last ends are
+   their negatives. */
 SIDE_BY_SIDE static void edge_pulls(const double *dx, const double *dy, const double *contact, double shortest,
                                     double *pull)
 {

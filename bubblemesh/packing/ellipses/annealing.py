@@ -7,11 +7,11 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.kernels import ellipse_annealing as kernel
-from bubblemesh.kernels import ellipses as kernels
+from bubblemesh.kernels import ellipse_motion as kernels
 from bubblemesh.kernels.annealing import Cycles
 from bubblemesh.kernels.ellipse_annealing import Relaxing, Tensors
 from bubblemesh.kernels.library import library
-from bubblemesh.meshes.tensors import roots, unmapped
+from bubblemesh.kernels.tensors import roots, unmapped
 from bubblemesh.packing.annealing import SEEDS, Annealing, NoAnnealing, deviations, disorder_marked
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.ellipses.schemes import Schemes

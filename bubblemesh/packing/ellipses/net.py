@@ -6,8 +6,10 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.ellipses import flipped, moved
-from bubblemesh.meshes.tensors import area_sizes, edge_lengths, lengths
+from bubblemesh.kernels.ellipse_flips import flipped
+from bubblemesh.kernels.ellipse_motion import moved
+from bubblemesh.kernels.tensors import lengths
+from bubblemesh.meshes.tensors import area_sizes, edge_lengths
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.spacing.metric.metric import MetricSpacing

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.kernels.tensors import mapped, roots
 from bubblemesh.meshes.quality import doubled_areas
-from bubblemesh.meshes.tensors import determinants, mapped, roots
+from bubblemesh.meshes.tensors import determinants
 from bubblemesh.packing.ellipses.net import EllipseNet, flipped_net
 from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.population import (
@@ -20,16 +21,15 @@ from bubblemesh.packing.population import (
 from bubblemesh.packing.splicing import removed, with_middles
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
-AREA_OF_TRIANGLE = np.sqrt(3) / 4
+AREA_OF_TRIANGLE = np.sqrt(3) / 4  # with sides of 1
 SHORT, LONG = 0.9, 1.1  # edges that make a bubble go or come where there are too many or too few around
 HALF, QUARTER = 0.5, 0.25  # of a bubble: what is too much there, and the least that is where the whole has too many
 
 
 class Controlled(NamedTuple):
-    """A net after population control, and how many bubbles that took."""
+    """A net after population control, and how many bubbles came."""
 
     net: EllipseNet
-    deleted: int
     inserted: int
 
 
@@ -38,14 +38,14 @@ def controlled(ellipses: EllipseNet, spacing: MetricSpacing, defects: Defects) -
     net, lengths, lacking = ellipses.net, ellipses.lengths, _lacking(ellipses, spacing)
     triangles, gone = removed(net.bubbles.x, net.triangles, _crowded(ellipses, lengths, defects, lacking))
     halved = _too_long(ellipses, lengths, gone, defects, lacking)
-    number, count = np.cumsum(~gone) - 1, int(gone.sum())
+    number = np.cumsum(~gone) - 1
     rest = net.bubbles.select(np.flatnonzero(~gone))
     spliced = with_middles(number[triangles], number[halved], len(rest))
     if spliced is None:
         spliced, halved = number[triangles], halved[:0]
     x = net.bubbles.x[halved].mean(axis=1)
     grown = rest.append(x, np.ones(len(x)))
-    return Controlled(flipped_net(net, grown, spliced, spacing), count, len(x))
+    return Controlled(flipped_net(net, grown, spliced, spacing), len(x))
 
 
 class Lack(NamedTuple):

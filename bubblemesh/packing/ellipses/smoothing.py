@@ -7,11 +7,12 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels import ellipses as kernels
-from bubblemesh.kernels.ellipses import Metrics, costs_in
+from bubblemesh.kernels.ellipse_motion import moved
+from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, costs_in
 from bubblemesh.kernels.shapes import eta
+from bubblemesh.kernels.tensors import mapped, roots, unmapped
 from bubblemesh.meshes.edges import SideTable, edge_keys
-from bubblemesh.meshes.tensors import area_sizes, mapped, roots, unmapped
+from bubblemesh.meshes.tensors import area_sizes
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.neighbours import maximal_independent_set
@@ -43,10 +44,10 @@ def smoothed(ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, smoot
         sliding, x = Sliding(domain.boundary, bubbles), there.copy()
         sliding.follow(x)
         tensors = spacing.at(x)
-        moved = net.of(sliding.bubbles_at(x, area_sizes(tensors)))
-        if held.all() or (_stand(there, x, triangles) and moved.has_simple_rim):
+        put_back = net.of(sliding.bubbles_at(x, area_sizes(tensors)))
+        if held.all() or (_stand(there, x, triangles) and put_back.has_simple_rim):
             break
-    return EllipseNet(moved, tensors, x)
+    return EllipseNet(put_back, tensors, x)
 
 
 def _along(tangents: Floats, roots: Floats) -> Floats:
@@ -57,7 +58,7 @@ def _along(tangents: Floats, roots: Floats) -> Floats:
 
 def _stand(x: Floats, others: Floats, triangles: Integers) -> bool:
     """Whether triangles (t, 3) of nodes x (n, 2) keep enough of their areas if these go to other places (n, 2)."""
-    _, shares = kernels.moved(x, others - x, triangles)
+    _, shares = moved(x, others - x, triangles)
     return bool((shares == 1).all())
 
 
@@ -80,8 +81,8 @@ def smoothed_places(
 
     The metrics are those `metrics_around` the nodes.
     """
-    groups, weight = _groups(free, edges), side_weight(smoothing)
-    return kernels.smoothed(x, triangles, inside, own, axes, groups, smoothing.shape_steps, weight)
+    newton = Newton(triangles, inside, own, axes, _groups(free, edges), side_weight(smoothing))
+    return newton.moved(x, smoothing.shape_steps)
 
 
 def side_weight(smoothing: Smoothing) -> float:

@@ -8,12 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.ellipses import costs_in, moved
+from bubblemesh.kernels.ellipse_motion import moved
+from bubblemesh.kernels.ellipse_smoothing import costs_in
+from bubblemesh.kernels.tensors import roots, unmapped
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import doubled_areas
-from bubblemesh.meshes.tensors import area_sizes, determinants, edge_lengths, roots, unmapped
+from bubblemesh.meshes.tensors import area_sizes, determinants, edge_lengths
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.ellipses.patches import PatchNet, patches_around
+from bubblemesh.packing.ellipses.population import AREA_OF_TRIANGLE
 from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, metrics_around, side_weight, smoothed_places
 from bubblemesh.packing.mending import Mending
 from bubblemesh.packing.net import Net
@@ -27,7 +30,6 @@ PRICE = 2.0  # what triangles have to cost less for one bubble more, and may cos
 HOPE = 1.0  # costs above those before, of a patch that a pass is still made for
 LEAST_GAIN = 1e-3  # costs that are less by more than rounding
 AGAIN = 0.8  # of the chance to be tried, of a triangle for each trial in vain at its nodes
-PERFECT_AREA = np.sqrt(3) / 4
 SMALL, LARGE = 0.8, 1.2  # triangles, by their areas in the metric and in terms of perfect ones
 VALENCE_NOISE, LENGTH_NOISE = 0.6, 0.2  # in the choice of the bubble that leaves, of the edge to which one comes
 CHANCES = np.array([[0.8, 0.05], [0.25, 0.25], [0.05, 0.9]])  # at small, other and large ones: a bubble leaves, comes
@@ -123,7 +125,7 @@ class Trials:
         number[patches.nodes] = np.arange(len(patches.nodes))
         corners_there = number[corners]
         area = np.sqrt(determinants(state.tensors[corners].mean(axis=1))) * doubled_areas(x) / 2
-        leaves, comes = CHANCES[np.digitize(area / PERFECT_AREA, [SMALL, LARGE])].T
+        leaves, comes = CHANCES[np.digitize(area / AREA_OF_TRIANGLE, [SMALL, LARGE])].T
         chance, noise = self.random.random(len(corners)), self.random.standard_normal((len(corners), 3))
         leaving, coming = chance < leaves, chance > 1 - comes
         # 1. A corner leaves.

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.meshes.tensors import Axes, axes, symmetric
+from bubblemesh.meshes.tensors import Axes, axes, eigen, symmetric
 from bubblemesh.records import record
 from bubblemesh.spacing.terms.interpolation import MeshInterpolation
 
@@ -35,11 +35,8 @@ class TensorField:
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        l11, l12, l22 = self._interpolation(self.logarithms, np.column_stack([x, y])).T
-        half, apart = (l11 + l22) / 2, np.hypot((l11 - l22) / 2, l12)
-        angle = np.arctan2(l12, (l11 - l22) / 2) / 2  # of the short axis
-        direction = np.column_stack([-np.sin(angle), np.cos(angle)])
-        return Axes(np.exp(-(half + apart) / 2), np.exp(-(half - apart) / 2), direction)
+        strong, weak, direction = eigen(self._interpolation(self.logarithms, np.column_stack([x, y])))
+        return Axes(np.exp(-strong / 2), np.exp(-weak / 2), direction)
 
     @cached_property
     def _interpolation(self) -> MeshInterpolation:

@@ -3,8 +3,9 @@
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.kernels.tensors import lengths
 from bubblemesh.meshes.edges import unique_edges
-from bubblemesh.meshes.tensors import intersections, lengths
+from bubblemesh.meshes.tensors import intersections
 
 SETTLED = 1e-3  # relative change of the entries of a tensor that is none
 

@@ -8,7 +8,8 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.meshes.tensors import Axes, axes, lengths, mean_lengths
+from bubblemesh.kernels.tensors import lengths, mean_lengths
+from bubblemesh.meshes.tensors import Axes
 from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -29,9 +30,7 @@ class AreaSizes:
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Diameters (n,) at x (n,) and y (n,)."""
-        across, along, _ = self.ellipses(x, y)
-        with np.errstate(invalid="ignore"):
-            return np.where(across > 0, np.sqrt(across * along), np.nan)
+        return self.ellipses(x, y).diameters
 
 
 @record
@@ -51,21 +50,10 @@ class MetricSpacing(Spacing):
         """The spacing of a metric; ``aspect`` is that of its longest ellipse in a domain."""
         return cls(AreaSizes(ellipses), keys=_metric, ellipses=ellipses, aspect=aspect, bent=bent)
 
-    @classmethod
-    def of_tensors(cls, tensors: Callable[[Floats, Floats], Floats], aspect: float = 1.0) -> "MetricSpacing":
-        """The spacing of tensors (n, 3) at x (n,) and y (n,)."""
-        return cls.of(lambda x, y: axes(tensors(x, y)), aspect)
-
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain; CaseError where the metric is not positive and finite."""
         d = self._values(points)
-        bad = np.flatnonzero(~(np.isfinite(d) & (d > 0)))
-        if len(bad):
-            with at_key("metric"):
-                raise CaseError(
-                    f"is not positive definite and finite at {place(points[bad[0]])}, as it has to be in the whole "
-                    "domain: there a size is zero, negative or no number, or m12 is too large"
-                )
+        _require_positive(points, d)
         return d
 
     def axes(self, points: Floats) -> Axes:
@@ -76,14 +64,18 @@ class MetricSpacing(Spacing):
         """Tensors (n, 3) at points (n, 2)."""
         return self.axes(points).tensors
 
+    def _checked(self, points: Floats) -> Floats:
+        """Tensors as of `at`; CaseError as where the spacing is asked for."""
+        found = self.axes(points)
+        _require_positive(points, found.diameters)
+        return found.tensors
+
     def along(self, boundary: Boundary, piece: Integers, s: Floats) -> Floats:
         points, tangents = boundary.tracks(piece).places(s)
-        self(points)
-        return 1 / lengths(self.at(points), tangents)
+        return 1 / lengths(self._checked(points), tangents)
 
     def towards(self, points: Floats, directions: Floats) -> Floats:
-        self(points)
-        return np.hypot(*directions.T) / lengths(self.at(points), directions)
+        return np.hypot(*directions.T) / lengths(self._checked(points), directions)
 
     def anywhere_towards(self, points: Floats, directions: Floats) -> Floats:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -142,3 +134,14 @@ class MetricSpacing(Spacing):
 
 def _metric(points: Floats) -> list[Key]:
     return [Key(["metric"])] * len(points)
+
+
+def _require_positive(points: Floats, d: Floats) -> None:
+    """CaseError unless ellipses at points (n, 2) have diameters d (n,), those of circles of their areas."""
+    bad = np.flatnonzero(~(np.isfinite(d) & (d > 0)))
+    if len(bad):
+        with at_key("metric"):
+            raise CaseError(
+                f"is not positive definite and finite at {place(points[bad[0]])}, as it has to be in the whole "
+                "domain: there a size is zero, negative or no number, or m12 is too large"
+            )

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metrics import uniform_metric
+from metrics import tensor_metric, uniform_metric
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts
@@ -16,7 +16,6 @@ from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, shape_me
 from bubblemesh.packing.ellipses.trials import tried
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.rounds import rounds
-from bubblemesh.spacing.metric.metric import MetricSpacing
 
 METHOD = METHODS["ellipses"]
 CORNERS = rings.polygon([[0, 0], [1, 0], [1, 1], [0, 1]])
@@ -33,7 +32,7 @@ def waves():
         across = 0.03 + 0.02 * np.sin(7 * x - 2 * y)
         return of_axes(across, np.full(len(x), 0.1), np.column_stack([np.cos(angle), np.sin(angle)]))
 
-    return MetricSpacing.of_tensors(tensors)
+    return tensor_metric(tensors)
 
 
 def settled(domain, spacing):

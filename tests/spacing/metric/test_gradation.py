@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from metrics import random_tensors
 
+from bubblemesh.kernels.tensors import lengths
 from bubblemesh.meshes.edges import unique_edges
-from bubblemesh.meshes.tensors import axes, lengths, of_axes
+from bubblemesh.meshes.tensors import axes, of_axes
 from bubblemesh.meshes.triangulation import triangulated
 from bubblemesh.spacing.metric.gradation import SETTLED, graded
 

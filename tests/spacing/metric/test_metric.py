@@ -1,13 +1,14 @@
 import numpy as np
 import pytest
-from metrics import uniform_metric
+from metrics import tensor_metric, uniform_metric
 
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.meshes.tensors import axes, lengths, of_axes
+from bubblemesh.kernels.tensors import lengths
+from bubblemesh.meshes.tensors import axes, of_axes
 from bubblemesh.spacing.metric.measures import measures_in
-from bubblemesh.spacing.metric.metric import STRAIGHT, MetricSpacing
+from bubblemesh.spacing.metric.metric import STRAIGHT
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import surveyed
 
@@ -20,7 +21,7 @@ def around_a_circle(across, along, radius):
         direction = np.column_stack([-y, x]) / r[:, None]
         return of_axes(np.minimum(across + 0.2 * np.abs(r - radius), along), np.full(len(x), along), direction)
 
-    return MetricSpacing.of_tensors(tensors, along / across)
+    return tensor_metric(tensors, along / across)
 
 
 def test_the_spacing_along_a_boundary_is_that_in_its_direction():
@@ -44,7 +45,7 @@ def test_the_ideal_number_is_that_of_the_stretched_domain():
 
 
 def test_a_metric_that_is_not_positive_is_refused_with_its_place():
-    metric = MetricSpacing.of_tensors(lambda x, y: np.column_stack([1 - x, np.zeros(len(x)), np.ones(len(x))]))
+    metric = tensor_metric(lambda x, y: np.column_stack([1 - x, np.zeros(len(x)), np.ones(len(x))]))
     assert metric(np.array([[0.5, 0.0]]))[0] > 0
     with pytest.raises(CaseError, match=r"not positive definite and finite at \(2, 0\)"):
         metric(np.array([[0.5, 0.0], [2.0, 0.0]]))

@@ -1,0 +1,87 @@
+"""Motion in a metric that inverts no triangle, compiled or in NumPy alike.
+
+Tensors are rows (m11, m12, m22).
+"""
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.library import library
+from bubblemesh.kernels.tensors import lengths, mean_lengths
+
+HALVINGS, MOST_TRIES = 4, 40  # of steps that would invert triangles, as in the C file
+KEEP = 0.1  # of its area that each triangle keeps in a step
+SHORTEST = 1e-9  # edge
+MOST_MOVE = 0.5  # in a step
+CUTOFF = 1.5  # length from which on edges do not pull
+
+
+def moved(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
+    """Nodes (n, 2) after moves (n, 2) from x (n, 2) that invert no triangle (t, 3), and the shares (n,) of them made.
+
+    A triangle keeps a tenth of its area: if it would not, its nodes go half as far, and stay where that is in vain.
+    """
+    compiled = library()
+    if compiled is None:
+        return moved_in_numpy(x, move, triangles)
+    places, share = np.array(x, order="C"), np.empty(len(x))
+    rows = len(x), len(triangles), np.ascontiguousarray(triangles)
+    compiled.call("guarded_move", *rows, places, np.ascontiguousarray(move), KEEP, share)
+    return places, share
+
+
+def moved_in_numpy(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
+    """Nodes and shares as of `moved`, made in NumPy."""
+    share, least = np.ones(len(x)), KEEP * _doubled_areas(x, triangles)
+    for tries in range(MOST_TRIES):
+        places = x + share[:, None] * move
+        bad = _doubled_areas(places, triangles) < least
+        if not bad.any():
+            return places, share
+        nodes = triangles[bad]
+        share[nodes] = share[nodes] / 2 if tries < HALVINGS else 0.0
+    return x, np.zeros(len(x))
+
+
+def _doubled_areas(x: Floats, triangles: Integers) -> Floats:
+    a, b, c = (x[triangles[:, k]] for k in range(3))
+    return np.asarray((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+
+
+def relaxed(
+    x: Floats, m: Floats, triangles: Integers, edges: Integers, fixed: int, steps: int, dt: float, c: float
+) -> tuple[Floats, Floats]:
+    """Nodes (n, 2) after steps of motion from rest at x (n, 2), and their mean speeds (steps,) in the metric.
+
+    The force of equation (2.1) acts along the edges (e, 2) at their lengths in the tensors m (n, 3), damped by c; the
+    first ``fixed`` nodes stay, and moves invert no triangle (t, 3).
+    """
+    compiled = library()
+    if compiled is None:
+        return relaxed_in_numpy(x, m, triangles, edges, fixed, steps, dt, c)
+    places, speeds = np.array(x, order="C"), np.empty(steps)
+    rows = len(x), len(triangles), np.ascontiguousarray(triangles), len(edges), np.ascontiguousarray(edges)
+    bounds = CUTOFF, MOST_MOVE, KEEP, SHORTEST
+    compiled.call("metric_relax", *rows, places, np.ascontiguousarray(m), fixed, steps, dt, c, *bounds, speeds)
+    return places, speeds
+
+
+def relaxed_in_numpy(
+    x: Floats, m: Floats, triangles: Integers, edges: Integers, fixed: int, steps: int, dt: float, c: float
+) -> tuple[Floats, Floats]:
+    """Nodes and speeds as of `relaxed`, made in NumPy."""
+    x, v, speeds, n, (i, j) = x.copy(), np.zeros_like(x), np.empty(steps), len(x), edges.T
+    for step in range(steps):
+        along = x[j] - x[i]
+        first, last = (np.maximum(lengths(m[k], along), SHORTEST) for k in (i, j))
+        length = mean_lengths(first, last)
+        force = np.where(length < CUTOFF, ((1.25 * length - 2.375) * length) * length + 1.125, 0.0)
+        force = force / length
+        pulls = [np.bincount(j, force * part, n) - np.bincount(i, force * part, n) for part in along.T]
+        v = (v + dt * np.column_stack(pulls)) / (1 + c * dt)
+        v[:fixed] = 0
+        v = (MOST_MOVE / np.maximum(lengths(m, dt * v), MOST_MOVE))[:, None] * v
+        x, share = moved_in_numpy(x, dt * v, triangles)
+        v = v * share[:, None]
+        speeds[step] = np.cumsum(lengths(m, v))[-1] / n
+    return x, speeds

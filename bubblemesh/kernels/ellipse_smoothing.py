@@ -1,0 +1,146 @@
+"""Smoothing in a metric that inverts no triangle, compiled or in NumPy alike."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.kernels.library import library
+from bubblemesh.kernels.tensors import mean_lengths
+
+FOUR_ROOTS = 6.9282032302755088  # 4 sqrt(3)
+TRUST = 0.2  # from its place to a centroid: farther away its metric is not known
+DELTA = 0.01  # steps of differences
+MOST_SMOOTHED, TRIES = 0.3, 4  # length of a step, and how often it is halved
+
+
+class Metrics(NamedTuple):
+    """Metrics around places: roots, as of `roots`, that are linear from there."""
+
+    places: Floats  # (k, 2)
+    roots: Floats  # (k, 3)
+    slopes: Floats  # (k, 6): changes of the root over a length of 1 in each of the two axes that it maps to x and y
+
+    def at(self, x: Floats) -> tuple[Floats, Floats]:
+        """Roots (k, 3) at x (k, 2), and the squares (k,) of the distances to there."""
+        (cx, cy), (r11, r12, r22), s = (x - self.places).T, self.roots.T, self.slopes.T
+        f, g = r11 * cx + r12 * cy, r22 * cy
+        changed = r11 + (s[0] * f + s[3] * g), r12 + (s[1] * f + s[4] * g), r22 + (s[2] * f + s[5] * g)
+        return np.column_stack(changed), f * f + g * g
+
+    @property
+    def axes(self) -> Floats:
+        """Two steps of length 1 from each place, as rows (ux, uy, vx, vy): its root maps them to the axes x and y."""
+        r11, r12, r22 = self.roots.T
+        return np.column_stack([1 / r11, np.zeros(len(r11)), -r12 / (r11 * r22), 1 / r22])
+
+    def select(self, numbers: Integers) -> "Metrics":
+        """Metrics of the given numbers (m,)."""
+        return Metrics(*(part[numbers] for part in self))
+
+
+class Newton(NamedTuple):
+    """How nodes go, one group after the other, down a sum over triangles.
+
+    It is that of eta^4, for the shape measure eta in the metric at the centroid, and of weight * (l^2 + 1 / l^2 - 2)
+    for each side, for the mean l of its lengths in the metrics of both ends. Each node goes by Newton's method along
+    its two axes, steps of length 1 as rows (ux, uy, vx, vy), as far as what is around it gets better: no triangle is
+    inverted. With a second axis of 0 it goes along the first one only.
+    """
+
+    triangles: Integers  # (t, 3)
+    inside: Metrics  # around t places inside the triangles
+    own: Metrics  # around n places of the nodes
+    axes: Floats  # (n, 4)
+    groups: Sequence[Integers]  # nodes (k,) of each, no two of which are in a triangle
+    weight: float
+
+    def moved(self, x: Floats, sweeps: int) -> Floats:
+        """Places (n, 2) of the nodes after so many sweeps over all groups from x (n, 2)."""
+        compiled = library()
+        if compiled is None:
+            return self.moved_in_numpy(x, sweeps)
+        places, order = np.array(x, order="C"), np.concatenate([np.zeros(0, np.int64), *self.groups])
+        rows = len(x), len(self.triangles), np.ascontiguousarray(self.triangles), places
+        known = (np.ascontiguousarray(part) for part in (*self.inside, *self.own, self.axes))
+        bounds = TRUST, DELTA, MOST_SMOOTHED, TRIES
+        compiled.call("metric_smooth", *rows, *known, len(order), order, sweeps, float(self.weight), *bounds)
+        return places
+
+    def moved_in_numpy(self, x: Floats, sweeps: int) -> Floats:
+        """Places as of `moved`, made in NumPy."""
+        x = x.copy()
+        touched = [np.flatnonzero(np.isin(self.triangles, group).any(axis=1)) for group in self.groups]
+        around = [
+            (group, self.triangles[rows], self.inside.select(rows))
+            for group, rows in zip(self.groups, touched, strict=True)
+        ]
+        for _ in range(sweeps):
+            for group, triangles, inside in around:
+                _improve(x, group, triangles, inside, self.own, self.axes[group], self.weight)
+        return x
+
+
+def _improve(
+    x: Floats, group: Integers, triangles: Integers, inside: Metrics, own: Metrics, axes: Floats, weight: float
+) -> None:
+    """Move the nodes of a group (k,) with triangles (t, 3) around, by steps of Newton's method along axes (k, 4)."""
+    places, u, v = x[group].copy(), axes[:, :2], axes[:, 2:]
+
+    def cost(at: Floats) -> Floats:
+        x[group] = at
+        each = costs_in(x, triangles, inside, own, weight)
+        return np.asarray(np.bincount(triangles.ravel(), np.repeat(each, 3), len(x))[group], np.float64)
+
+    with np.errstate(invalid="ignore"):
+        here = cost(places)
+        ahead, behind = cost(places + DELTA * u), cost(places - DELTA * u)
+        over, under = cost(places + DELTA * v), cost(places - DELTA * v)
+        h1, h2 = (ahead + behind - 2 * here) / (DELTA * DELTA), (over + under - 2 * here) / (DELTA * DELTA)
+        a = -(ahead - behind) / (2 * DELTA) / np.where(h1 > 1, h1, 1)
+        b = -(over - under) / (2 * DELTA) / np.where(h2 > 1, h2, 1)
+    going = np.isfinite(a) & np.isfinite(b)
+    a, b = np.where(going, a, 0), np.where(going, b, 0)
+    share = MOST_SMOOTHED / np.maximum(np.sqrt(a * a + b * b), MOST_SMOOTHED)
+    for _ in range(TRIES):
+        (ux, uy), (vx, vy) = u.T, v.T
+        trial = np.column_stack([places[:, 0] + share * (a * ux + b * vx), places[:, 1] + share * (a * uy + b * vy)])
+        better = going & (cost(np.where(going[:, None], trial, places)) < here)
+        places[better], going = trial[better], going & ~better
+        share = share / 2
+    x[group] = places
+
+
+def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float) -> Floats:
+    """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `Newton` lessens, in the same metrics."""
+    (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
+    root, far = inside.at(np.column_stack([(ax + bx + ox) / 3, (ay + by + oy) / 3]))
+    r11, r12, r22 = root.T
+    ux, uy = r11 * (bx - ax) + r12 * (by - ay), r22 * (by - ay)
+    wx, wy = r11 * (ox - ax) + r12 * (oy - ay), r22 * (oy - ay)
+    zx, zy, area = wx - ux, wy - uy, (ux * wy - uy * wx) / 2
+    known = (r11 > 0) & (r22 > 0) & (area > 0) & (far <= TRUST * TRUST)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (FOUR_ROOTS * area)
+        ab, bo, oa = _squared_sides(x, triangles, own)
+        cost = eta * eta * (eta * eta) + weight * ((ab + 1 / ab) + (bo + 1 / bo) + (oa + 1 / oa) - 6)
+    return np.where(known, cost, np.inf)
+
+
+def _squared_sides(x: Floats, triangles: Integers, own: Metrics) -> list[Floats]:
+    """Squares (t,) of the lengths of the three sides of triangles (t, 3), by the metrics of both ends."""
+    root, _ = own.at(x)
+    squares = list[Floats]()
+    for i, j in zip(triangles.T, np.roll(triangles, -1, axis=1).T, strict=True):
+        dx, dy = (x[j] - x[i]).T
+        first, last = (_lengths_by(root[end], dx, dy) for end in (i, j))
+        length = mean_lengths(first, last)
+        squares.append(length * length)
+    return squares
+
+
+def _lengths_by(root: Floats, dx: Floats, dy: Floats) -> Floats:
+    r11, r12, r22 = root.T
+    u, v = r11 * dx + r12 * dy, r22 * dy
+    return np.asarray(np.sqrt(u * u + v * v))
