@@ -18,6 +18,7 @@ TIP = np.radians(120)  # the same: around tips and trailing edges one column wou
 WIDEST = np.radians(30)  # between neighbours in a fan
 NARROWEST = np.radians(10)  # the same where the fan is so high that it would become coarse
 ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse
+STRAY = np.radians(2)  # more than half of that angle, from what is between the edges to a curve's normal that is told
 STEEPEST_END = np.radians(45)  # between a wall with layers and one that its last column follows
 FLATTEST_END = np.radians(135)
 HIGHEST_STRETCH = 4.0
@@ -64,6 +65,11 @@ class Columns:
         return np.array([ladder.thickness_below(self.spacing) for ladder in self.ladders])[
             self.ladder, np.arange(len(self))
         ]
+
+    @property
+    def wanted(self) -> Integers:
+        """Number (c,) of layers that are asked for."""
+        return np.array([ladder.count for ladder in self.ladders])[self.ladder]
 
     def tops(self, which: Integers, count: Integers) -> Floats:
         """Height (k,) of so many layers (k,) on columns (k,), as they are asked for."""
@@ -124,7 +130,8 @@ class _Builder:
         """
         angle, foot = float(self.walls.angle[side]), int(self.walls.ends[side, 1])
         ladder = min(map(int, self.walls.ladder[[side, after]]), key=lambda number: self.ladders[number].first)
-        fan = _fan(self.ladders[ladder], self.normals[side], angle, float(self.walls.d[foot]))
+        asked, is_corner = self.ladders[ladder], bool(self.walls.node_piece[foot] < 0)
+        fan = _fan(asked, self.normals[side], angle, float(self.walls.d[foot]), is_corner=is_corner)
         if fan is None:
             middle = turned(self.along[after : after + 1], np.array([angle / 2]))[0]
             fan = middle[None] * min(1 / np.sin(angle / 2), HIGHEST_STRETCH)
@@ -227,27 +234,39 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
     )
     free = (columns.follows < 0) & ~columns.ends
     free[[column for _, around in made.fans for column in around]] = False
-    smooth = free & (walls.node_piece[foot] >= 0) & (made.turns() < ROUGH)
-    return _blended(_on_curves(columns, walls, smooth), free, smooth, made.normals)
+    on_curve = free & (walls.node_piece[foot] >= 0) & (made.turns() < ROUGH)
+    columns, smooth = _on_curves(columns, walls, on_curve, made.turns())
+    return _blended(columns, free, smooth, made.normals)
 
 
-def _fan(ladder: Ladder, normal: Floats, angle: float, spacing: float) -> Floats | None:
-    """Directions (k, 2) of the columns around a convex corner, from the wall before it on; None if it has no fan."""
+def _fan(ladder: Ladder, normal: Floats, angle: float, spacing: float, *, is_corner: bool) -> Floats | None:
+    """Directions (k, 2) of the columns around a convex bend, from the wall before it on; None if it has no fan.
+
+    A curve, which is bent since its nodes are far apart, has none where it is no tip.
+    """
     turn = angle - np.pi
-    if turn <= FAN or not (ladder.fans or turn > TIP):
+    if turn <= FAN or not ((ladder.fans and is_corner) or turn > TIP):
         return None
     wanted = turn * float(ladder.thickness_below(np.array(spacing))) / spacing
     steps = int(np.clip(np.ceil(wanted), np.ceil(turn / WIDEST), np.ceil(turn / NARROWEST)))
     return turned(np.tile(normal, (steps + 1, 1)), -turn * np.arange(steps + 1) / steps)
 
 
-def _on_curves(columns: Columns, walls: Walls, smooth: Booleans) -> Columns:
-    """The columns with the normals of the true curves as the directions of those that stand on smooth walls."""
-    node = columns.foot[smooth]
+def _on_curves(columns: Columns, walls: Walls, on_curve: Booleans, turns: Floats) -> tuple[Columns, Booleans]:
+    """The columns with the normals of the true curves as the directions of those that stand on smooth walls.
+
+    Of those ``on_curve`` (c,), where edges turn by some angle (c,), these are the ones (c,) with a normal about halfway
+    between the edges: along a wall that is rough between its nodes the normal at a node says nothing.
+    """
+    mine = np.flatnonzero(on_curve)
+    node, before = columns.foot[mine], _unit(columns.up[mine])
     normal = left_of(walls.domain.boundary.tangents(walls.node_piece[node], walls.node_s[node]))
-    up = columns.up.copy()
-    up[smooth] = np.sign((normal * up[smooth]).sum(axis=1))[:, None] * normal
-    return replace(columns, foot_up=up, up=up)
+    cosine = (normal * before).sum(axis=1)
+    told = np.abs(cosine) >= np.cos(turns[mine] / 2 + STRAY)
+    mine, normal = mine[told], np.sign(cosine[told])[:, None] * normal[told]
+    up, smooth = columns.up.copy(), np.zeros(len(columns), bool)
+    up[mine], smooth[mine] = normal, True
+    return replace(columns, foot_up=up, up=up), smooth
 
 
 def _blended(columns: Columns, free: Booleans, smooth: Booleans, normals: Floats) -> Columns:

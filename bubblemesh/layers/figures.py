@@ -16,6 +16,7 @@ from bubblemesh.packing.net import Net
 from bubblemesh.records import record
 
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
+FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
 LOW = 0.5  # of the height that is asked for
 NEARLY = 0.05  # relative difference of a first height from the wanted one
 SHORTEST = 5  # places that are told
@@ -91,9 +92,16 @@ class LabelLayers:
 
     @property
     def jumping(self) -> str | None:
-        """Warning of sizes that change too much across the front, if they do and more layers would help."""
-        if self.isotropic or self.across_front is None or self.across_front <= LARGEST_JUMP:
+        """Warning of sizes that change too much across the front, if they do."""
+        most = FAR_JUMP if self.isotropic else LARGEST_JUMP
+        if self.across_front is None or self.across_front <= most:
             return None
+        if self.isotropic:
+            return (
+                f"layers on {self.label!r}: triangles beside them are {self.across_front:.3g} times as high as the "
+                "last layer, since columns end before they are as high as wide: the wall has too few of them, or "
+                "something is in their way; a larger first or growth needs fewer layers"
+            )
         more = int(np.ceil(np.log(self.across_front) / np.log(self.growth))) if self.growth > 1 else 0
         count = f", or count: {self.count['wanted'] + more}" if more else ""
         return (
@@ -133,7 +141,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     low = (share < LOW) & (asked > 0)
     order = np.argsort(np.where(low, share - 1, share), kind="stable")
     short = which[order[~full[order]]][:SHORTEST]
-    first, length, angle, aspect = _first_layer(strips, np.flatnonzero(mine & ~columns.fan))
+    first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & ~columns.fan))
     ratio = first[first > 0]
     next_ones = across[mine & np.isfinite(across)]
     return LabelLayers(
@@ -167,8 +175,8 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     )
 
 
-def _first_layer(strips: Strips, pairs: Integers) -> tuple[Floats, Floats, Floats, float]:
-    """First heights (k, 2) at both ends of edges of the wall over the wanted one, and lengths (k,) of these edges.
+def _first_layer(strips: Strips, wanted: float, pairs: Integers) -> tuple[Floats, Floats, Floats, float]:
+    """First heights (k, 2) at both ends of edges of the wall over the ``wanted`` one, and lengths (k,) of these edges.
 
     Then the angles in degrees between columns and edges where there are any layers, and the largest aspect ratio.
     """
@@ -186,7 +194,6 @@ def _first_layer(strips: Strips, pairs: Integers) -> tuple[Floats, Floats, Float
         angles.append(90 - np.abs(np.degrees(np.arcsin(np.clip(cosine, -1, 1)))))
     height = found.max(axis=1)
     aspect = length[height > 0] / height[height > 0]
-    wanted = np.array([ladder.first for ladder in columns.ladders])[columns.ladder[np.column_stack([i, j])]]
     return found / wanted, length, np.concatenate(angles), float(aspect.max(initial=0.0))
 
 

@@ -13,6 +13,7 @@ LEAST = 0.02  # factor of compressed layers; below it there are none
 WIDEST = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
 LARGEST_RATIO = 1.3  # ratio of the factors of neighbours
 PASSES = 1000
+ROUNDING = 1e-12  # relative: what is just as high as it may be is not lost by it
 
 
 @record
@@ -32,8 +33,7 @@ def heights(columns: Columns, room: Floats, most: Integers) -> Heights:
     for number, ladder in enumerate(columns.ladders):
         mine = np.flatnonzero(columns.ladder == number)
         wanted[mine] = most[mine] if ladder.isotropic else ladder.count
-        # Room for just so many layers must not be lost by rounding.
-        fitting = np.searchsorted(ladder.tops, room[mine] * (1 + 1e-12), side="right") - 1
+        fitting = np.searchsorted(ladder.tops, room[mine] * (1 + ROUNDING), side="right") - 1
         few = np.minimum(FEWEST, most[mine])
         squeezed = np.clip(room[mine] / np.maximum(ladder.tops[few], 1e-300), 0, 1)
         count[mine] = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most[mine]))
@@ -74,7 +74,8 @@ def most_layers(columns: Columns, spacing: Spacing) -> Integers:
             d = _spacing_at(columns, going, middle, spacing)
             widest = _widest(columns, top)[foot]
             wide = widest if ladder.isotropic else np.maximum(widest, columns.spacing[going])
-            fits = (height <= np.minimum(wide, d)) & (widest <= WIDEST * np.maximum(d, at_foot[foot]))
+            low = height <= np.minimum(wide, d) * (1 + ROUNDING)
+            fits = low & (widest <= WIDEST * np.maximum(d, at_foot[foot]) * (1 + ROUNDING))
             going = going[fits]
             if not len(going):
                 break

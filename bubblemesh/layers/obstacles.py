@@ -103,18 +103,20 @@ class Obstacles:
         high = strips.height[columns.pair[full]].max(axis=1)
         middle, feet = columns.at[columns.pair[full]].mean(axis=1), columns.foot[columns.pair[full]]
         near, by = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=APART * high)
-        facing = self._face_each_other(strips.x[tops].mean(axis=1), near, by)
+        over = strips.x[tops].mean(axis=1)
+        facing = self._face_each_other(over, near, by)
         near, by = near[facing], by[facing]
         away = np.hypot(*(middle[near] - middle[by]).T) > NEAR * np.maximum(high[near], high[by])
         apart = ~(feet[near][:, :, None] == feet[by][:, None, :]).any(axis=(1, 2))
         far, beyond = near[away & apart], by[away & apart]
         too_near = shapely.distance(shapes[far], shapes[beyond]) < APART * np.minimum(high[far], high[beyond])
-        # Around a bend of one wall their fronts must leave room for triangles.
+        # Around a bend of one wall fronts that come nearer to each other must leave room for triangles.
         fronts = shapely.linestrings(strips.x[tops])
         length = shapely.length(fronts)
         near, by = near[~away], by[~away]
         apart = ~(tops[near][:, :, None] == tops[by][:, None, :]).any(axis=(1, 2))
-        near, by = near[apart], by[apart]
+        nearer = np.hypot(*(over[near] - over[by]).T) < np.hypot(*(middle[near] - middle[by]).T)
+        near, by = near[apart & nearer], by[apart & nearer]
         closing = shapely.distance(fronts[near], fronts[by]) < OPEN * np.minimum(length[near], length[by])
         return each_once(np.concatenate([one[one != other], far[too_near], near[closing]]))
 

@@ -5,6 +5,7 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.heights import FEWEST
 from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.walls import Walls
 
@@ -20,8 +21,10 @@ PASSES = 500
 
 def room(columns: Columns, walls: Walls, obstacles: Obstacles, most: Integers) -> Floats:
     """Heights (c,) above the wall up to which columns of ``most`` (c,) layers may go."""
-    # By the spacing at the foot it changes gradually along the wall, as the number of layers need not.
-    thickness = np.maximum(columns.thickness, columns.tops(np.arange(len(columns)), most))
+    # By the spacing at the foot it changes gradually along the wall, as the number of layers need not. Where that is
+    # too small for layers the columns beside have fewer, but not compressed ones.
+    every, few = np.arange(len(columns)), np.minimum(FEWEST, columns.wanted)
+    thickness = np.maximum.reduce([columns.thickness, columns.tops(every, most), columns.tops(every, few)])
     height = np.where(columns.ends, 0.0, thickness)
     height = np.minimum(height, _between_neighbours(columns))
     height = np.minimum(height, _up_to(obstacles, columns, thickness))

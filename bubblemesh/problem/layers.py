@@ -1,6 +1,7 @@
 """Boundary layers of a case, bound to the labels of its domain, and what the spacing is beside them."""
 
 import math
+import sys
 from collections.abc import Iterator, Sequence
 
 from bubblemesh.case.data_terms import several
@@ -17,6 +18,7 @@ from bubblemesh.spacing.rules.sources import short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
 LOWEST = 1e-10  # of the domain's size: lower layers are rounding
+STEPS = 1000  # from one number to the next, that a layer is high at least
 MOST_LAYERS, MOST_RISING = 500, 10_000  # that are asked for, and until they are as high as the domain
 
 
@@ -41,6 +43,8 @@ def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
         with at_key("layers", number, "on"):
             labels = several(keys.on)
             for label in labels:
+                if labels.count(label) > 1:
+                    raise CaseError(f"{label!r} is named twice: name it once")
                 if label not in sides:
                     raise CaseError(f"there is no side or line {label!r}: {meant(label, sides)}")
                 for (known, region), other in taken.items():
@@ -50,7 +54,7 @@ def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
                 if len({*pair} & named) == 1 and {*pair} & {*labels}:
                     raise CaseError(f"the sides {pair[0]!r} and {pair[1]!r} match: name both, or none")
             taken |= {(label, keys.region): number for label in labels}
-        yield _ladder(keys, Key(["layers", number]), domain.size)
+        yield _ladder(keys, Key(["layers", number]), domain)
 
 
 def with_layers(
@@ -76,12 +80,14 @@ def with_layers(
     return rest, limited_for_packing_across_sides(domain, before, sources, ground=ground).spacing
 
 
-def _ladder(keys: LayerKeys, key: Key, size: float) -> Ladder:
-    """Layers of a first height, a growth and a count, whichever of these the case gives; as high as a ``size``.
+def _ladder(keys: LayerKeys, key: Key, domain: Domain) -> Ladder:
+    """Layers of a first height, a growth and a count, whichever of these the case gives; no higher than the domain.
 
-    CaseError if there are too many of them, or the first one is too low for a domain of that size.
+    CaseError if there are too many of them, or the first one is too low for a domain of that size, or so far from the
+    origin.
     """
-    growth, first, count = keys.growth, keys.first, keys.count
+    growth, first, count, size = keys.growth, keys.first, keys.count, domain.size
+    farthest = max(map(abs, domain.bounds))
     if count is not None and keys.thickness is not None:
         first = first_of(count, keys.thickness, growth)
     assert first is not None
@@ -89,6 +95,12 @@ def _ladder(keys: LayerKeys, key: Key, size: float) -> Ladder:
         with at_key(*key):
             raise CaseError(
                 f"the first layer, {first:.4g} high, is too low for numbers beside the domain's size {size:.4g}"
+            )
+    if first < STEPS * sys.float_info.epsilon * farthest:
+        with at_key(*key):
+            raise CaseError(
+                f"the first layer, {first:.4g} high, is too low for numbers beside coordinates up to {farthest:.4g}: "
+                "move the domain to the origin"
             )
     if keys.until is not None:
         count = max(math.ceil(math.log(size / first) / math.log(growth)), 0) + 1

@@ -120,7 +120,8 @@ def test_a_concave_corner_has_one_column_and_the_wanted_heights_above_both_walls
 def test_walls_with_different_layers_meet_in_one_column():
     few, many = {"first": 0.02, "growth": 1.2, "count": 2}, {"first": 0.005, "growth": 1.3, "count": 12}
     result = run(CHANNEL, {"on": "bottom", **few}, {"on": "left", **many})
-    assert (row_of(result, "bottom")["first"]["kept"], row_of(result, "left")["first"]["kept"]) == (1, 1)
+    assert row_of(result, "left")["first"]["kept"] == 1
+    assert row_of(result, "bottom")["first"]["kept"] == pytest.approx(1 - 0.1 / 4)  # but beside the other's column
 
 
 def test_a_wall_that_goes_on_straight_without_layers_has_them_end_one_by_one():
@@ -347,7 +348,77 @@ def test_a_thickness_is_reached_with_a_growth_near_the_given_one():
 @pytest.mark.parametrize("ends", ["follow", "taper"])
 def test_columns_that_end_as_they_have_to_are_no_cause_for_a_warning(ends):
     layers = {"on": ["bottom", "left"], "first": 0.001, "growth": 1.2, "until": "isotropic", "ends": ends}
-    assert run(CHANNEL, layers).report["warnings"] == []
+    told = run(CHANNEL, layers).report["warnings"]
+    assert not [text for text in told if "less than half" in text]
+    assert not told or ends == "taper"
+
+
+def test_layers_that_end_long_before_they_are_isotropic_are_told():
+    """A short wall between others has too few columns for one layer fewer from column to column."""
+    step = {"outer": {"polygon": [[0, 1], [1, 1], [1, 0.5], [4, 0.5], [4, 2], [0, 2]], "labels": ["a", "w", *"abcd"]}}
+    layers = {"on": "w", "first": 1e-6, "growth": 1.3, "until": "isotropic", "ends": "taper"}
+    (text,) = (text for text in run(step, layers).report["warnings"] if "times as high" in text)
+    assert "since columns end before they are as high as wide" in text
+
+
+def test_a_first_layer_as_high_as_the_spacing_is_there_all_along():
+    result = run(CHANNEL, {"on": "bottom", "first": 0.1, "growth": 1.2, "until": "isotropic", "ends": "taper"})
+    row = row_of(result, "bottom")
+    assert row["count"]["least"] == 0  # at the ends alone
+    assert row["complete"] == pytest.approx(39 / 41)
+
+
+@pytest.mark.parametrize("cut", [1e-6, 1e-4, 1e-3, 4e-3])
+def test_a_chamfer_takes_no_layers_away(cut):
+    """Columns of its two fans part, however near to each other they stand."""
+    corners = [[1, 0.5], [2 - cut, 0.5], [2, 0.5 + cut], [2, 1.5], [1, 1.5]]
+    domain = {"outer": {"rectangle": [0, 0, 4, 2], "label": "far"}, "holes": [{"polygon": corners, "label": "hole"}]}
+    row = row_of(run(domain, {"on": "hole", "first": 0.005, "count": 8}), "hole")
+    assert row["count"] == {"wanted": 8, "least": 8, "most": 8}
+    assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
+
+
+@pytest.mark.parametrize("size", [0.004, 0.0051])
+def test_beside_a_place_too_fine_for_layers_there_are_fewer_ones_but_none_compressed(size):
+    spacing = {"value": 0.1, "near": {"point": [2, 0], "size": size, "growth": 0.2}}
+    row = row_of(run(CHANNEL, {"on": "bottom", "first": 0.005, "count": 6}, spacing=spacing), "bottom")
+    assert row["compressed"] == 1
+    assert row["first"]["kept"] > 0.99
+    assert row["count"]["least"] <= 1 < row["count"]["most"] == 6
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_on_a_shore_that_is_rough_between_its_nodes_first_heights_are_kept(seed):
+    """A ring of thousands of short edges that turn to and fro by some degrees."""
+    random, count = np.random.default_rng(seed), 4000
+    angle = 2 * np.pi * np.arange(count) / count
+    radius = 1000 * (1 + 0.1 * np.sin(3 * angle)) + 0.1 * random.standard_normal(count)
+    ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).tolist()
+    box = {"outer": {"rectangle": [-2000, -2000, 2000, 2000], "label": "sea"}}
+    island = {"polygon": ring, "corners": 30, "label": "shore"}
+    row = row_of(run({**box, "holes": [island]}, {"on": "shore", "first": 1, "count": 8}, spacing=60), "shore")
+    assert row["first"]["kept"] > 0.99
+
+
+@pytest.mark.parametrize("spacing", [0.6, 0.7, 0.8])
+def test_a_curve_with_few_nodes_has_no_fans(spacing):
+    disc = {"circle": {"center": [0, 0], "radius": 1}, "label": "disc"}
+    domain = {"outer": {"rectangle": [-4, -4, 4, 4], "label": "far"}, "holes": [disc]}
+    row = row_of(run(domain, {"on": "disc", "first": 1e-4, "count": 5}, spacing=spacing), "disc")
+    assert row["columns"] == round(2 * np.pi / spacing)
+    assert row["first"]["kept"] == 1
+
+
+def test_a_label_named_twice_is_refused():
+    with pytest.raises(CaseError, match=r"layers\.0\.on: 'bottom' is named twice"):
+        prepared(CHANNEL, {"on": ["bottom", "bottom"], "first": 0.01, "count": 2}, spacing=0.1)
+
+
+def test_a_first_layer_below_what_numbers_far_from_the_origin_hold_is_refused():
+    far = {"outer": {"rectangle": [1e6, 1e6, 1e6 + 4, 1e6 + 4], "labels": SIDES}}
+    with pytest.raises(CaseError, match="too low for numbers beside coordinates up to 1e"):
+        prepared(far, {"on": "bottom", "first": 4.1e-10, "count": 5}, spacing=0.1)
+    run(far, {"on": "bottom", "first": 1e-6, "count": 5}, spacing=0.5)
 
 
 def test_layers_in_a_slot_are_compressed_and_told():
