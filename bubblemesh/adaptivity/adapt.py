@@ -26,6 +26,7 @@ from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.metric import MetricRequest
+from bubblemesh.problem.node_target import out_of_reach
 from bubblemesh.problem.prepare import prepare_in, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
@@ -43,6 +44,7 @@ DEFAULT_GROWTH = 0.3  # of the sizes per length, if the case does not say
 GROWTH_IN_METRIC = 0.6  # the same over a length of 1 in a metric: layers ask for sizes that differ more
 FEWEST_KEPT = 0.2  # part of the present nodes below which the method's own start is the better one
 ATTEMPTS, CLOSE = 4, 0.02  # at a metric that needs so many nodes as are wanted, to that part of them
+MISSED = 0.25  # the same that is no such metric
 MOST_ASPECT = 1000.0
 MOST_TIMES = 16.0  # the nodes of the mesh before
 FINEST, COARSEST = 1e-6, 0.2  # sizes, of the domain's size, if the case does not say
@@ -153,12 +155,20 @@ def _next_in_metric(
 ) -> tuple[Problem, dict[str, Any]]:
     """The next mesh as a problem whose metric follows from the solution's second derivatives, and how it starts.
 
-    The error of the gradient falls with the square root of the number of nodes: so many lead to a wanted one.
+    The error of the gradient falls with the square root of the number of nodes: so many lead to a wanted one. If that
+    number cannot be had it is an error of the user's.
     """
     terms, points, triangles = case.spacing_terms, solution.points, solution.triangles
-    nodes = float(target.nodes or terms.nodes or len(points))
+    nodes, told = float(target.nodes or terms.nodes or len(points)), case.warnings
     if target.error is not None:
-        nodes = len(points) * min((estimate.relative / target.error) ** 2, MOST_TIMES)
+        times = (estimate.relative / target.error) ** 2
+        nodes = len(points) * min(times, MOST_TIMES)
+        if times > MOST_TIMES:
+            told = (
+                *told,
+                f"an error of {target.error:g} needs more than {MOST_TIMES:g} times the nodes of the mesh before, as "
+                "many as this one has: adapt again to its solution",
+            )
     sizes = terms.minimum or FINEST * domain.size, terms.maximum or COARSEST * domain.size
     part = _parts(domain, solution)
     mesh = (points, triangles) if part is None else split_nodes(points, triangles, part)
@@ -171,12 +181,13 @@ def _next_in_metric(
         tensors = scaled_for(*mesh, best, wanted, sizes, MOST_ASPECT)
         field = TensorField.of(*mesh, graded(*mesh, tensors, terms.growth or GROWTH_IN_METRIC))
         metrics = (MetricRequest(field, MOST_ASPECT, Key(["nodes"])),)
-        problem = prepare_in(
-            domain, SpacingRequest(lambda scale: coarse, rules, None, case.warnings, metrics), task, seconds
-        )
+        problem = prepare_in(domain, SpacingRequest(lambda scale: coarse, rules, None, told, metrics), task, seconds)
         if abs(problem.expected_nodes / nodes - 1) < CLOSE:
             break
         wanted *= nodes / problem.expected_nodes
+    if abs(problem.expected_nodes / nodes - 1) > MISSED:
+        with at_key("nodes"):
+            raise out_of_reach(nodes, problem.expected_nodes)
     return problem, {"unchanged": 0.0, "start": "method", "anisotropic": True}
 
 

@@ -5,9 +5,10 @@ import numpy as np
 from bubblemesh.adaptivity.estimate import gradients, recovered_gradients
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshes.tensors import Axes, axes, determinants, intersections
+from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, symmetric
 
 FLATTEST = 1e-6  # least second derivative in terms of the largest one in the domain
+NOISE = 1e-14  # the same in terms of the largest value over the square of a triangle's size: less is rounding
 HALVINGS = 60  # of an interval that holds a scale
 PER_NODE = np.sqrt(3) / 2  # area of a perfect packing, in the metric
 
@@ -25,35 +26,38 @@ def hessians(points: Floats, triangles: Integers, values: Floats) -> Floats:
 
 
 def best_metric(points: Floats, triangles: Integers, values: Floats) -> Floats:
-    """Tensors (n, 3), but for a common factor, of the metric for k fields with values (n, k) at the points (n, 2).
+    """Tensors (n, 3), but for a common factor, of the metric for k components with values (n, k) at the points (n, 2).
 
-    With |H| the Hessian with its eigenvalues made positive it is det(|H|)^(-1/6) |H| for each field, which makes the
-    interpolation error in L2 least for any number of nodes; several fields are intersected.
+    With |H| the Hessian with its eigenvalues made positive it is det(|H|)^(-1/6) |H|, which makes the interpolation
+    error in L2 least for any number of nodes. Of several components |H| is (sum of H^2)^(1/2), as their errors add in
+    squares. Second derivatives that are rounding of the values, or a millionth of the largest ones, ask for nothing.
 
     References
     ----------
     A. Loseille, F. Alauzet, "Continuous mesh framework. Part II: Validations and applications", SIAM J. Numer. Anal. 49
     (2011).
     """
-    found = hessians(points, triangles, values)
-    metrics = [_of_hessian(points, triangles, found[:, k]) for k in range(found.shape[1])]
-    result = metrics[0]
-    for other in metrics[1:]:
-        result = intersections(result, other)
-    return result
-
-
-def _of_hessian(points: Floats, triangles: Integers, hessian: Floats) -> Floats:
-    h11, h12, h22 = hessian.T
-    half, apart = (h11 + h22) / 2, np.hypot((h11 - h22) / 2, h12)
-    angle = np.arctan2(h12, (h11 - h22) / 2) / 2
-    first, second = np.abs(half + apart), np.abs(half - apart)
-    least = max(FLATTEST * float(np.maximum(first, second).max()), np.finfo(float).tiny ** 0.25)
+    first, second, direction = _positive(hessians(points, triangles, values))
+    size = np.sqrt(np.abs(signed_areas(points, triangles)).mean())
+    noise = NOISE * float(np.abs(values).max()) / size**2
+    least = max(FLATTEST * float(first.max()), noise, np.finfo(float).tiny ** 0.25)
     first, second = np.maximum(first, least), np.maximum(second, least)
-    c, s = np.cos(angle), np.sin(angle)
-    bent = np.column_stack([first * c * c + second * s * s, (first - second) * c * s, first * s * s + second * c * c])
-    tensors = bent * ((first * second) ** (-1 / 6))[:, None]
+    tensors = symmetric(first, second, direction) * ((first * second) ** (-1 / 6))[:, None]
     return tensors / area_in(points, triangles, tensors)
+
+
+def _positive(hessian: Floats) -> tuple[Floats, Floats, Floats]:
+    """Eigenvalues (n,) of |H| for Hessians (n, k, 3), the larger ones first, and unit vectors (n, 2) of the smaller."""
+    if hessian.shape[1] == 1:  # the square would lose half of the digits
+        larger, smaller, direction = eigen(hessian[:, 0])
+        first, second = np.abs(larger), np.abs(smaller)
+        across = np.column_stack([direction[:, 1], -direction[:, 0]])
+        turned = second > first
+        return np.maximum(first, second), np.minimum(first, second), np.where(turned[:, None], across, direction)
+    h11, h12, h22 = np.moveaxis(hessian, 2, 0)
+    squares = (h11 * h11 + h12 * h12, h12 * (h11 + h22), h12 * h12 + h22 * h22)
+    larger, smaller, direction = eigen(np.stack([part.sum(axis=1) for part in squares], axis=-1))
+    return np.sqrt(larger), np.sqrt(np.maximum(smaller, 0.0)), direction
 
 
 def area_in(points: Floats, triangles: Integers, tensors: Floats) -> float:

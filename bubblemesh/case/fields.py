@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from difflib import get_close_matches
 from pathlib import PurePath
-from typing import Annotated, Any, LiteralString, NamedTuple
+from typing import Annotated, Any, Literal, LiteralString, NamedTuple
 
 from pydantic import (
     AfterValidator,
@@ -120,6 +120,13 @@ def _whole(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
+def _parts(value: Any) -> Any:
+    whole = _whole(value)
+    if value != "auto" and (isinstance(whole, bool) or not isinstance(whole, int) or whole < 1):
+        raise PydanticCustomError("parts", "must be auto, or a whole number of at least 1")
+    return value
+
+
 def _label(value: Any) -> Any:
     return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
@@ -209,6 +216,7 @@ Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.
 Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]
 Layers = Annotated[int, Field(strict=True, gt=0, le=500), BeforeValidator(_whole)]
+Parts = Annotated[Literal["auto"] | Count, BeforeValidator(_parts)]
 MOST_COPIES = 100_000
 _Copies = Annotated[int, Field(strict=True, ge=1, le=MOST_COPIES)]
 Copies = Annotated[

@@ -30,6 +30,7 @@ from bubblemesh.case.fields import (
     FileName,
     Fraction,
     Label,
+    Parts,
     Positive,
     PositiveArea,
     Strict,
@@ -207,7 +208,7 @@ class Case(Strict):
         default=None,
         description="What becomes of triangles with all their nodes on the boundary: split gives each a node inside.",
     )
-    parts: Literal["auto"] | Count | None = Field(
+    parts: Parts | None = Field(
         default=None,
         description="Number of parts to pack side by side and join, or auto; else the mesh is made in one piece.",
     )

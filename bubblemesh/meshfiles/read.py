@@ -35,6 +35,8 @@ SELF_CONTAINED = (
     ".nc",
 )  # whose readers open no further file
 LONGEST_REASON = 200  # letters
+MMG = (".mesh", ".meshb")  # endings of files with data beside them
+NO_SOL = ": it has to be in a .sol file of the same name beside it"
 HIGHER_ORDER = "has triangles of higher order: the estimate is that of linear ones with the values at the corners"
 EDGES = ("line", "line3")
 NO_FACES = (*EDGES, "vertex")
@@ -280,20 +282,23 @@ class NodalField(NamedTuple):
     notes: tuple[str, ...]  # what was chosen of the file
 
 
-def read_nodal_field(path: Path, name: str | None) -> NodalField:
+def read_nodal_field(path: Path, name: str | None, chosen_by: str = "--field") -> NodalField:
     """Read the data ``name`` at the nodes of a mesh file of triangles, or the only data that is there.
 
     Nodes that the file has once for each cell are one where their values agree; of triangles of higher order the
-    corners count. FileError as of `read_triangles`, and for faces of other kinds; CaseError if the name is needed,
-    unknown, or one of data that is not given by real numbers at the nodes, or that is not continuous.
+    corners count. Users give a name by ``chosen_by``. FileError as of `read_triangles`, and for faces of other kinds;
+    CaseError if the name is needed, unknown, or one of data that is not given by real numbers at the nodes, or that is
+    not continuous.
     """
     refusal = "the estimate is for linear triangles: write the mesh and the solution with these alone"
     file = read_triangles(path, TRIANGLES, refusal, as_they_are=True)
     data = file.source.point_data
     known = _own_names(data)
     listed = ", ".join(known) or "none"
+    if not known and name is None:
+        raise CaseError(f"{path}: has no data at its nodes{NO_SOL if path.suffix.lower() in MMG else ''}")
     if name is None and len(known) != 1:
-        raise CaseError(f"{path}: has data of {len(known)} names at its nodes ({listed}): choose one by --field")
+        raise CaseError(f"{path}: has data of {len(known)} names at its nodes ({listed}): choose one by {chosen_by}")
     name = known[0] if name is None else name
     if name in file.source.cell_data:
         raise CaseError(

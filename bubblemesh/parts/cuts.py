@@ -7,9 +7,11 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import CaseError, at_key
 from bubblemesh.geometry.arrangement import NEARLY
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
+from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.spacing import Spacing
@@ -150,8 +152,13 @@ class _Cutter:
         self._sizes = np.concatenate([self._sizes, self.spacing.extended(new)])
 
     def _chosen(self, piece: _Piece) -> _Choice:
-        """The best cut of a piece."""
-        choices = sorted(_choices(piece), key=lambda choice: choice.length)[:LOOKED_AT]
+        """The best cut of a piece; CaseError if none divides it."""
+        found = (choice for choice in _choices(piece) if _divides(piece.polygon, choice))
+        choices = sorted(found, key=lambda choice: choice.length)[:LOOKED_AT]
+        if not choices:
+            where = place(piece.polygon.mean(axis=0))
+            with at_key("parts"):
+                raise CaseError(f"around {where} are too few nodes for {piece.cells} parts: ask for fewer")
         return self._clear(min(choices, key=lambda choice: self._cost(piece, choice)))
 
     def _clear(self, choice: _Choice) -> _Choice:
@@ -208,10 +215,10 @@ def _choices(piece: _Piece) -> Iterator[_Choice]:
         height = _offset(centers, ORIGIN, angle)
         done = np.cumsum(work[order]) / total
         for shift in SHIFTS:
-            place = int(np.searchsorted(done, goal + shift / piece.cells * 2))
-            if not 0 < place < len(order):
+            first = int(np.searchsorted(done, goal + shift / piece.cells * 2))
+            if not 0 < first < len(order):
                 continue
-            middle = float(height[order[place - 1 : place + 1]].mean())
+            middle = float(height[order[first - 1 : first + 1]].mean())
             crossed = np.abs(height - middle) < half
             at = as_point(middle * np.array([-np.sin(angle), np.cos(angle)]))
             yield _Choice(at, angle, float(bubbles[crossed].sum()), abs(float(shift)))
@@ -223,6 +230,12 @@ def _cut(piece: _Piece, choice: _Choice) -> tuple[tuple[_Piece, _Piece], tuple[P
     upper, lower, ends = _divided(piece.polygon, choice)
     few = piece.cells // 2
     return (piece.part(left, upper, few), piece.part(~left, lower, piece.cells - few)), ends
+
+
+def _divides(corners: Floats, choice: _Choice) -> bool:
+    """Whether corners (k, 2) of a convex polygon are on both sides of a cut."""
+    left = _offset(corners, choice.at, choice.angle) > 0
+    return bool(left.any() and not left.all())
 
 
 def _divided(corners: Floats, choice: _Choice) -> tuple[Floats, Floats, tuple[Point, Point]]:

@@ -19,7 +19,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections
 from bubblemesh.meshfiles.read import read_nodal_field
-from bubblemesh.messages import place
+from bubblemesh.messages import counted, place
 from bubblemesh.problem.crs import bound_in, given_bounds
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.files import own_files
@@ -138,18 +138,26 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
         return _read_rasters(model, domain)
     if model.bounds is not None:
         raise CaseError(f"bounds: {model.file} is no file of arrays, whose pixels they are for: leave bounds out")
-    read = read_nodal_field(Path(model.file), model.name)
+    read = read_nodal_field(Path(model.file), model.name, chosen_by="name")
     with prefixed(f"{model.file}: {read.name}"):
         columns = COLUMNS.get(read.values.shape[1])
         if columns is None:
             raise CaseError(
-                f"has {read.values.shape[1]} components: a metric has three, m11, m12 and m22, or all of a matrix"
+                f"has {counted(read.values.shape[1], 'component')}: a metric has three, m11, m12 and m22, or all of a "
+                "matrix"
             )
         tensors = read.values[:, columns]
         sizes = area_sizes(tensors)
         bad = np.flatnonzero(~(np.isfinite(sizes) & (sizes > 0)))
         if len(bad):
             raise CaseError(f"is not positive definite and finite at {place(read.points[bad[0]])}")
+    x0, y0, x1, y1 = given_bounds(domain)
+    low, high = read.points.min(axis=0), read.points.max(axis=0)
+    if not ((low <= (x1, y1)).all() and (high >= (x0, y0)).all()):
+        raise CaseError(
+            f"{model.file}: its mesh, from {place(low)} to {place(high)}, lies beside the domain, which is from "
+            f"{place((x0, y0))} to {place((x1, y1))}"
+        )
     notes = tuple(f"{model.file}: {note}" for note in read.notes)
     return TensorField.of(read.points, read.triangles, tensors), notes
 
@@ -193,7 +201,8 @@ class Directed:
         angle, across = self.angle(x, y), self.across(x, y)
         along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
         across = np.where((across > 0) & (along > 0) & np.isfinite(angle), across, np.nan)
-        c, s = np.cos(angle), np.sin(angle)
+        with np.errstate(invalid="ignore"):
+            c, s = np.cos(angle), np.sin(angle)
         wide = across > along
         direction = np.column_stack([np.where(wide, -s, c), np.where(wide, c, s)])
         return Axes(np.minimum(across, along), np.maximum(across, along), direction)

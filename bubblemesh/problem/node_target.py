@@ -151,7 +151,7 @@ def scaled_to(
             if key is None:
                 return scale
             with at_key(*key):
-                raise _out_of_reach(nodes, float(np.exp(trial[1])))
+                raise out_of_reach(nodes, float(np.exp(trial[1])))
         aim = next_aim(trials, target)
     return best[1]
 
@@ -172,7 +172,8 @@ def next_aim(trials: Sequence[Trial], target: float, flattest: float = FLATTEST)
     return aim if below < aim < above else (below + above) / 2
 
 
-def _out_of_reach(nodes: float, closest: float) -> CaseError | LimitError:
+def out_of_reach(nodes: float, closest: float) -> CaseError | LimitError:
+    """The error that so many nodes cannot be had, of which the ``closest`` number is not."""
     if closest < nodes:  # all terms go with the scale: only a minimum can stop them
         return CaseError(
             f"{nodes:.0f} nodes are more than the minimum of the spacing allows, which are at most about "

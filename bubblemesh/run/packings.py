@@ -41,11 +41,16 @@ class Clock:
 
     def __call__(self, share: float) -> None:
         """Note the share that is done; TimeUp if the time is over."""
-        self.share = share
-        self.on_share(share)
+        self.tell(share)
         if time_left() < self.reserve:
             self.over = True
             raise TimeUp(self.reason)
+
+    def tell(self, share: float) -> None:
+        """Hand on the share that is done; that which is told last while there is time is what a limit left."""
+        if time_left() >= self.reserve or self.share == 0:
+            self.share = share
+        self.on_share(share)
 
     @property
     def reason(self) -> str:
@@ -164,7 +169,7 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
         crew,
         keeping.store(scale_of(problem)),
         on_done,
-        on_share,
+        clock.tell,
     )
     with timed(seconds, "packing"):
         parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, together)

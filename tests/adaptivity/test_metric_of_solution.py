@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 import bubblemesh
 from bubblemesh.adaptivity.metric import area_in, best_metric, hessians, scaled_for
 from bubblemesh.cli import app
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.tensors import axes
 
@@ -49,6 +49,40 @@ def test_ellipses_are_as_long_as_the_root_of_the_second_derivatives_says(mesh):
     assert np.median(np.abs(found.direction[:, 0])) > 0.99
     both = best_metric(mesh.points, mesh.triangles, np.column_stack([x * x + 100 * y * y, 100 * x * x + y * y]))
     assert np.median(axes(both[inside]).aspects) < 1.2
+
+
+NOTHING = {
+    "zero": lambda x, y: 0 * x,
+    "linear": lambda x, y: 3 * x - 2 * y,
+    "rounding": lambda x, y: 1e-14 * np.sin(1e4 * x * y),
+    "small": lambda x, y: 1e-6 * x * y,
+}
+
+
+@pytest.mark.parametrize("other", NOTHING.values(), ids=NOTHING)
+def test_components_that_hardly_bend_ask_for_nothing(mesh, other):
+    x, y = mesh.points.T
+    one = best_metric(mesh.points, mesh.triangles, layer(x, y)[:, None])
+    both = best_metric(mesh.points, mesh.triangles, np.column_stack([layer(x, y), other(x, y), 0 * x]))
+    found, expected = axes(both), axes(one)
+    steep = expected.across < np.median(expected.across)
+    np.testing.assert_allclose(found.across[steep], expected.across[steep], rtol=0.02)
+    assert np.median(np.abs(found.along / expected.along - 1)[steep]) < 0.05
+
+
+def test_a_linear_solution_asks_for_circles_of_one_size(mesh):
+    x, y = mesh.points.T
+    found = axes(best_metric(mesh.points, mesh.triangles, (2 * x - 3 * y)[:, None]))
+    assert found.aspects.max() < 1 + 1e-9
+    assert np.ptp(found.along) < 1e-9 * found.along.max()
+
+
+def test_a_number_of_nodes_that_cannot_be_had_is_refused_and_a_far_error_is_told(mesh, case):
+    solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
+    with pytest.raises(LimitError, match=r"nodes: 4 nodes are too few: .* need at least about"):
+        bubblemesh.adapt(case, solution, anisotropic=True, nodes=4)
+    result = bubblemesh.adapt(case, solution, anisotropic=True, error=1e-6)
+    assert any("needs more than 16 times the nodes" in text for text in result.report["warnings"])
 
 
 def test_a_metric_is_scaled_for_a_number_of_nodes_within_limits(mesh):

@@ -94,7 +94,7 @@ def test_damaged_files_are_told_with_the_key_and_the_file(here, text, match):
 @pytest.mark.parametrize(
     ("dimension", "kind", "row", "match"),
     [
-        (2, 1, "0.1", "solution: has 1 components: a metric has three"),
+        (2, 1, "0.1", "solution: has 1 component: a metric has three"),
         (2, 2, "1 0", "solution: has 2 components: a metric has three"),
         (3, 3, "1 0 1 0 0 1", "solution: has 6 components: a metric has three"),
         (2, 3, "1 2 1", r"solution: is not positive definite and finite at \("),

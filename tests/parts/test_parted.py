@@ -26,6 +26,7 @@ from bubblemesh.parts.division import divided
 from bubblemesh.parts.parted import PER_PART, enough_parts
 from bubblemesh.parts.work import Deadline, alone
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.packings import Clock
 from bubblemesh.run.pipeline import mesh_case
 
 SQUARE = "{rectangle: [0, 0, 4, 3]}"
@@ -295,8 +296,28 @@ def test_bubbles_that_slide_along_walls_have_no_cuts():
 
 @pytest.mark.parametrize("parts", ["0", "-1", "2.5", "many", "[2]"])
 def test_what_is_no_number_of_parts_is_told(parts):
-    with pytest.raises(CaseError, match="parts"):
+    with pytest.raises(CaseError, match="parts: must be auto, or a whole number of at least 1"):
         case(HOLES, parts)
+
+
+@pytest.mark.parametrize("parts", [150, 200, 999])
+def test_more_parts_than_nodes_are_refused(parts):
+    small = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.1\n"
+    with pytest.raises(CaseError, match=r"parts: around \(.*\) are too few nodes for \d+ parts: ask for fewer"):
+        mesh_case(case(small, parts))
+    check_mesh(mesh_case(case(small, 12)).mesh)
+
+
+def test_the_share_that_a_time_limit_left_is_that_of_the_parts(monkeypatch):
+    """The last share that is told while there is time counts, not what late parts make of it."""
+    left, reserve = iter([1e9, 1e9, 1e9, 0.0, 0.0, 0.0, 0.0]), 1.0
+    monkeypatch.setattr("bubblemesh.run.packings.time_left", lambda: next(left))
+    told = list[float]()
+    clock = Clock(5.0, reserve, told.append)
+    for share in (0.1, 0.3, 0.5, 0.8, 1.0):
+        clock.tell(share)
+    assert told == [0.1, 0.3, 0.5, 0.8, 1.0]
+    assert clock.share == 0.5
 
 
 def test_cuts_keep_off_corners_that_are_nearly_on_them():

@@ -101,7 +101,7 @@ def test_an_untrusted_case_reads_no_metric_elsewhere(tmp_path, mesh):
 
 def test_what_is_no_metric_is_told_with_the_key_and_the_file(tmp_path, mesh):
     write_vtu(mesh, tmp_path / "u.vtu", u=mesh.points[:, 0])
-    with pytest.raises(BubblemeshError, match=r"metric: .*u\.vtu: u: ?has 1 components"):
+    with pytest.raises(BubblemeshError, match=r"metric: .*u\.vtu: u: ?has 1 component:"):
         prepare(case_with(tmp_path, "u.vtu"))
     bad = tensors(mesh.points)
     bad[5, 0] = -1
@@ -110,3 +110,33 @@ def test_what_is_no_metric_is_told_with_the_key_and_the_file(tmp_path, mesh):
         prepare(case_with(tmp_path, "bad.vtu"))
     with pytest.raises(BubblemeshError, match=r"missing\.vtu"):
         prepare(case_with(tmp_path, "missing.vtu"))
+    write_medit(mesh, tmp_path / "alone.mesh", tensors(mesh.points))
+    (tmp_path / "alone.sol").unlink()
+    with pytest.raises(BubblemeshError, match=r"alone\.mesh: has no data at its nodes: it has to be in a \.sol file"):
+        prepare(case_with(tmp_path, "alone.mesh"))
+    write_vtu(mesh, tmp_path / "two.vtu", m=tensors(mesh.points), u=mesh.points[:, 0])
+    with pytest.raises(BubblemeshError, match="choose one by name"):
+        prepare(case_with(tmp_path, "two.vtu"))
+
+
+def test_a_mesh_that_lies_beside_the_domain_is_told(tmp_path, mesh):
+    aside = meshio.Mesh(
+        np.column_stack([mesh.points + np.array([50, 0]), 0 * mesh.points[:, 0]]),
+        [("triangle", mesh.triangles)],
+        point_data={"m": tensors(mesh.points)},
+    )
+    meshio.write(tmp_path / "m.vtu", aside)
+    with pytest.raises(
+        BubblemeshError, match=r"metric: .*m\.vtu: its mesh, from \(.*\) to \(.*\), lies beside the domain"
+    ):
+        prepare(case_with(tmp_path, "m.vtu"))
+
+
+def test_an_angle_that_is_no_number_is_told_without_more_ado(recwarn):
+    case = load_case(
+        "a.yaml",
+        text="domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.1\nmetric: {across: 0.01, angle: 1/(x-x)}\n",
+    )
+    with pytest.raises(BubblemeshError, match="is not positive definite and finite"):
+        prepare(case)
+    assert not recwarn.list
