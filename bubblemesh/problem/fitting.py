@@ -32,6 +32,7 @@ class Asked(NamedTuple):
 class Fitted(NamedTuple):
     """The spacing of a packing, and what made it finer than the one that is asked for."""
 
+    wanted: Spacing  # beside which edges are short, curves tight and parts narrow
     short: Sources  # ends of boundary edges that are shorter than the spacing
     coarse: Sources  # places on curves that are too tight for it
     before_narrow_parts: LimitedSpacing  # made finer by these two
@@ -53,15 +54,18 @@ def asked_spacing(domain: Domain, request: SpacingRequest, scale: float | None, 
     return Asked(before_rules, after_rules, after_periodic, survey)
 
 
-def fitted_to_boundary(domain: Domain, asked: Asked, rules: Rules, max_nodes: int) -> Fitted:
+def fitted_to_boundary(domain: Domain, asked: Asked, wanted: Spacing, rules: Rules, max_nodes: int) -> Fitted:
     """The spacing for a packing: finer at short edges, at tight curves and across narrow parts of the domain.
 
-    LimitError if it needs more than so many nodes.
+    What is short, tight or narrow is so beside the ``wanted`` spacing: the one that is asked for, or that in a metric
+    below it, whose sizes depend on the direction. LimitError if it needs more than so many nodes.
     """
     cover, expected = asked.survey.cover, asked.survey.ideal_nodes
-    short, coarse = short_pieces(domain, asked.spacing), coarse_curves(domain, asked.spacing)
+    short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
     for_packing = limited_for_packing_across_sides(domain, asked.after_periodic, short.joined(coarse))
     if for_packing.spacing is not asked.spacing:
         expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)
-    walls, unfilled = Walls(domain), Unfilled(cover, asked.after_periodic, for_packing, expected)
-    return Fitted(short, coarse, for_packing, walls, with_narrow_parts_filled(walls, rules, unfilled, max_nodes))
+    walls, unfilled = Walls(domain), Unfilled(cover, wanted, asked.after_periodic, for_packing, expected)
+    return Fitted(
+        wanted, short, coarse, for_packing, walls, with_narrow_parts_filled(walls, rules, unfilled, max_nodes)
+    )

@@ -9,6 +9,7 @@ from bubblemesh.spacing.rules.gap_sources import NarrowPlace
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources
+from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
 
 MOST_TIMES, MORE = 4.0, 1000  # the nodes without it, and nodes beside: what narrow parts may lead to
@@ -19,6 +20,7 @@ class Unfilled(NamedTuple):
     """The spacing of a packing that knows nothing of narrow parts yet, and what it was made of."""
 
     cover: Cover  # of the domain
+    wanted: Spacing  # whose sizes across narrow parts count
     after_periodic: LimitedSpacing
     for_packing: LimitedSpacing
     expected_nodes: float
@@ -42,7 +44,7 @@ def with_narrow_parts_filled(walls: Walls, rules: Rules, before: Unfilled, max_n
     most = min(int(MOST_TIMES * before.expected_nodes) + MORE, max_nodes)
     left_out: NarrowPlace | None = None
     for cut in CUTS:
-        gaps, narrowest = rules.affordable_gaps(walls, before.for_packing.spacing, cut * most)
+        gaps, narrowest = rules.affordable_gaps(walls, before.for_packing.spacing, before.wanted, cut * most)
         left_out = narrowest or left_out
         if len(gaps) == 0:
             break

@@ -102,7 +102,9 @@ def check_spacing(
     _require_possible(domain, request, task)
     with timed(seconds, "spacing"):
         asked = asked_spacing(domain, request, scale, task.max_nodes)
-        fitted = fitted_to_boundary(domain, asked, request.rules, task.max_nodes)
+        metric = _metric(domain, asked, request, task, scale)
+        wanted = asked.spacing if metric is None else metric.asked
+        fitted = fitted_to_boundary(domain, asked, wanted, request.rules, task.max_nodes)
         told = _told(domain, request, task, scale, asked, fitted)
     problem = Problem(
         task=task,
@@ -118,7 +120,6 @@ def check_spacing(
         warnings=told,
         seconds=seconds,
     )
-    metric = _metric(problem, request, scale)
     problem = problem if metric is None else _in_metric(problem, metric)
     return _beside_layers(problem, fitted.filled.spacing.ground, metric) if task.ladders else problem
 
@@ -144,21 +145,22 @@ def _told(
         *warnings.sharp_angles(domain),
         *warnings.detail(detail),
         *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
-        *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out),
+        *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.wanted),
     )
     return once_each(told)
 
 
-def _metric(problem: Problem, request: SpacingRequest, scale: float | None) -> "InMetric | None":
-    """The metrics of a request at some scale, bound to a problem, if there are any or the method is for them."""
-    if not request.metrics and problem.task.method_name != IN_METRIC:
+def _metric(
+    domain: Domain, asked: Asked, request: SpacingRequest, task: Task, scale: float | None
+) -> "InMetric | None":
+    """The metrics of a request at some scale in a domain, if there are any or the method is for them."""
+    if not request.metrics and task.method_name != IN_METRIC:
         return None
     # Imported here since few cases have a metric.
     from bubblemesh.problem.metric import in_metric
 
     metrics = [metric if scale is None else metric.scaled(scale) for metric in request.metrics]
-    with timed(problem.seconds, "metric"):
-        return in_metric(problem.domain, metrics, problem.spacing, problem.task.max_nodes, problem.survey.cover)
+    return in_metric(domain, metrics, asked.spacing, task.max_nodes, asked.survey.cover)
 
 
 def _in_metric(problem: Problem, metric: "InMetric") -> Problem:

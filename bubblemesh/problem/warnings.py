@@ -9,7 +9,8 @@ from bubblemesh.arrays import Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Gaps, Walls
 from bubblemesh.messages import counted, place
-from bubblemesh.spacing.rules.gap_sources import NarrowPlace
+from bubblemesh.spacing.metric.metric import MetricSpacing
+from bubblemesh.spacing.rules.gap_sources import NarrowPlace, size_across
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
@@ -57,8 +58,12 @@ def sharp_angles(domain: Domain) -> list[str]:
     ]
 
 
-def narrow_parts(walls: Walls, spacing: Spacing, left_out: NarrowPlace | None = None) -> list[str]:
+def narrow_parts(
+    walls: Walls, spacing: Spacing, left_out: NarrowPlace | None = None, wanted: Spacing | None = None
+) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if clearly narrower than that.
+
+    Of a ``wanted`` spacing in a metric the size across it counts.
 
     Likewise where a line or point inside the domain is nearest to another one, or to a wall. If narrow parts are left
     as they are since they would take too many nodes, the key that fills them is named.
@@ -67,14 +72,15 @@ def narrow_parts(walls: Walls, spacing: Spacing, left_out: NarrowPlace | None = 
     piece, s = _samples(walls.domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
     gaps = concatenated([walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)])
+    sized = wanted if isinstance(wanted, MetricSpacing) else spacing
     warnings = []
     force = "" if left_out is None else "; more would take many times the nodes: across: 1 in the spacing forces them"
-    for at, width, d_there in _narrowest(select(gaps, ~gaps.inner), spacing):
+    for at, width, d_there in _narrowest(select(gaps, ~gaps.inner), sized):
         warnings.append(
             f"the domain is {width:.3g} wide at {place(at)}, narrower than the spacing there ({d_there:.3g}): only "
             f"boundary nodes fit{force}"
         )
-    for at, width, d_there in _narrowest(select(gaps, gaps.inner), spacing):
+    for at, width, d_there in _narrowest(select(gaps, gaps.inner), sized):
         warnings.append(
             f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
             f"({d_there:.3g}): no nodes fit into it{force}"
@@ -86,7 +92,7 @@ def _narrowest(gaps: Gaps, spacing: Spacing) -> list[tuple[Floats, float, float]
     """Place, width and spacing where the width is least in terms of the spacing, if it is less."""
     if len(gaps.number) == 0:
         return []
-    there = spacing(gaps.places)
+    there = size_across(gaps, spacing)
     worst = int(np.argmin(gaps.widths / there))
     narrow = gaps.widths[worst] < NARROW * there[worst]
     return [(gaps.places[worst], gaps.widths[worst], there[worst])] if narrow else []

@@ -182,6 +182,24 @@ def test_a_metric_is_scaled_for_a_number_of_nodes(nodes):
     assert result.report.budget.nodes == nodes
 
 
+@pytest.mark.parametrize(("height", "across"), [(0.1, 0.01), (0.05, 0.005), (0.02, 0.002)])
+@pytest.mark.parametrize("spacing", [0.2, 10.0])
+def test_a_strip_that_is_narrow_beside_the_spacing_but_wide_in_the_metric_is_filled_by_that(height, across, spacing):
+    metric = {"angle": 0, "across": across, "along": 0.2}
+    result = mesh_case(metric_case(metric, {"rectangle": [0, 0, 1, height]}, spacing=spacing))
+    check_mesh(result.mesh)
+    assert result.report.nodes == pytest.approx(result.report.ideal_nodes, rel=0.1)
+    assert result.report.quality["mean"] > 0.95
+    assert not result.report.warnings
+
+
+def test_a_slot_that_is_narrow_in_the_metric_too_is_told():
+    metric = {"angle": "pi/2", "across": 0.01, "along": 0.2}
+    result = mesh_case(metric_case(metric, {"rectangle": [0, 0, 1, 0.05]}, spacing={"value": 0.2, "across": 0}))
+    (text,) = (text for text in result.report.warnings if "only boundary nodes fit" in text)
+    assert "0.05 wide" in text
+
+
 def test_without_a_metric_the_method_packs_circles():
     data = {"name": "m", "domain": {"outer": {"rectangle": [0, 0, 1, 1]}}, "spacing": "0.05 + 0.1*x"}
     from bubblemesh.case.models import Case

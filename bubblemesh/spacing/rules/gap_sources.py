@@ -12,6 +12,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import NO_GAPS, Gaps, Walls
 from bubblemesh.messages import node_limit, place
 from bubblemesh.records import record
+from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
@@ -26,6 +27,11 @@ APART_IN_GAP, FARTHEST_IN_GAP = (
 CELLS = 1.4  # largest sides of a grid's cells around them, in terms of that distance
 HALFWAY = 0.5  # the other wall finds the gap too
 HALVINGS = 40
+
+
+def size_across(gaps: Gaps, spacing: Spacing) -> Floats:
+    """Spacing (k,) at gaps, in the direction across them."""
+    return spacing.towards(gaps.places, gaps.feet - gaps.places)
 
 
 class NarrowPlace(NamedTuple):
@@ -44,6 +50,7 @@ class GapSources:
     least: Callable[[Floats], Floats]  # finest size (k,) that is of use at places (k, 2)
     max_nodes: float = np.inf
     narrow: float = NARROW  # parts in terms of what is wanted, below which something is done
+    wanted: Spacing | None = None  # whose sizes across them count too, if they depend on the direction
 
     def __call__(self, domain: Domain, spacing: Spacing) -> Sources:
         """Sources where the spacing is too coarse.
@@ -97,7 +104,11 @@ class GapSources:
         size = np.maximum(found.widths / self.across, self.least(found.places))
         rounding = ROUNDINGS * np.spacing(np.abs(found.places).max(initial=0.0))  # walls that touch are no gap
         narrow = (size < self.narrow * d[found.number]) & (size > rounding)
-        return select(found, narrow), size[narrow]
+        found, size = select(found, narrow), size[narrow]
+        if isinstance(self.wanted, MetricSpacing):
+            narrow = size < self.narrow * size_across(found, self.wanted)
+            found, size = select(found, narrow), size[narrow]
+        return found, size
 
     def _apart(self, size: Floats) -> Floats:
         """Distance (k,) of sources on both walls of the gaps, and between these."""
