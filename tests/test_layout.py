@@ -107,6 +107,16 @@ def imported(path):
                 yield node.module
 
 
+def test_imports_go_downwards_in_the_table_of_the_page():
+    table = (ROOT / "docs/layout.md").read_text().split("| room | holds |")[1].split("\n\n")[0]
+    rooms = [line.split("`")[1] for line in table.splitlines() if line.startswith("| `")]
+    folders = {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
+    assert set(rooms) == folders
+    for above, below in MAY_IMPORT.items():
+        for other in below & folders if above in folders else ():
+            assert rooms.index(other) > rooms.index(above), f"{above} imports {other}"
+
+
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_a_module_imports_only_what_lies_below_it(path):
     names = list(imported(path))

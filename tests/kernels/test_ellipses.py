@@ -7,6 +7,7 @@ from twins import needs_compiler
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
 from bubblemesh.kernels.ellipse_motion import KEEP, moved, moved_in_numpy, relaxed, relaxed_in_numpy
 from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, costs_in
+from bubblemesh.kernels.library import library
 from bubblemesh.kernels.tensors import mapped, roots
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.tensors import of_axes
@@ -179,3 +180,15 @@ def test_sides_are_measured_by_the_metrics_of_both_ends():
     inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
     own = Metrics(corners, np.repeat([[2.0, 0, 2.0]], 3, axis=0), np.zeros((3, 6)))
     assert costs_in(corners, triangle, inside, own, 1.0)[0] == pytest.approx(1 + 3 * (4 + 0.25 - 2))
+
+
+@needs_compiler
+def test_too_little_memory_is_an_error_and_no_crash():
+    nothing, row, huge = np.zeros(0), np.zeros(0, np.int64), 1 << 57
+    for name, arguments in {
+        "metric_flips": (huge, huge, row, nothing, nothing, 0, row, 1, 0.0, 0.0, row, row),
+        "guarded_move": (huge, huge, row, nothing, nothing, 0.1, nothing),
+        "metric_relax": (huge, 0, row, 0, row, nothing, nothing, 0, 0, 0.5, 1.0, 1.5, 0.5, 0.1, 0.0, nothing),
+    }.items():
+        with pytest.raises(MemoryError):
+            library().call(name, *arguments)

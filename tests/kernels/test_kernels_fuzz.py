@@ -2,11 +2,16 @@
 
 import numpy as np
 import pytest
+from test_linking import SIDES
 from twins import needs_compiler
 
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in_numpy
 from bubblemesh.kernels.annealing import Acting, Cycles, Links, annealed
+from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
+from bubblemesh.kernels.ellipse_motion import moved, moved_in_numpy, relaxed, relaxed_in_numpy
+from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton
+from bubblemesh.kernels.enclosing import enclosed
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
 from bubblemesh.kernels.pairs import near_pairs
@@ -14,6 +19,7 @@ from bubblemesh.kernels.refining import refined_triangles
 from bubblemesh.kernels.relaxing import Steps
 from bubblemesh.kernels.shapes import Descent, eta, eta_in_numpy
 from bubblemesh.kernels.spreading import spread, spread_in_numpy
+from bubblemesh.meshes.triangulation import linked
 
 pytestmark = [needs_compiler, pytest.mark.long]
 TRIALS = 150
@@ -158,3 +164,76 @@ def test_any_points_have_the_pairs_of_a_double_loop(seed):
     apart, most = x[:, None] - x, 1.9 * (d[:, None] + d) / 2
     near = np.triu((apart * apart).sum(axis=2) < most * most, 1)
     np.testing.assert_array_equal(near_pairs(library(), x, d, 1.9), np.argwhere(near))
+
+
+def linked_tensors(random):
+    """A triangulation with tensors of all sizes at its nodes; a metric's checks let none pass that are no numbers."""
+    x = random.random((int(random.integers(4, 40)), 2))
+    x = np.concatenate([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], x])
+    tensors = np.clip(np.nan_to_num(np.abs(odd(random, (len(x), 3)))), 1e-20, 1e20)
+    tensors[:, 1] = 0.9 * (2 * random.random(len(x)) - 1) * np.sqrt(tensors[:, 0]) * np.sqrt(tensors[:, 2])
+    return x, linked(x, SIDES)[0], tensors
+
+
+def assert_alike(found, plain):
+    """Both have numbers at the same places, and the same ones."""
+    np.testing.assert_array_equal(np.isfinite(found), np.isfinite(plain))
+    finite = np.isfinite(found)
+    np.testing.assert_array_equal(found[finite], plain[finite])
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_any_tensors_flip_alike(seed):
+    x, triangles, tensors = linked_tensors(np.random.default_rng(seed))
+    for found, plain in zip(
+        flipped(triangles, x, tensors, SIDES), flipped_in_numpy(triangles, x, tensors, SIDES), strict=True
+    ):
+        np.testing.assert_array_equal(found, plain)
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_any_moves_are_guarded_alike(seed):
+    random = np.random.default_rng(seed)
+    x, triangles, _ = linked_tensors(random)
+    moves = odd(random, x.shape)
+    for found, plain in zip(moved(x, moves, triangles), moved_in_numpy(x, moves, triangles), strict=True):
+        assert_alike(found, plain)
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_any_ellipses_relax_alike(seed):
+    random = np.random.default_rng(seed)
+    x, triangles, tensors = linked_tensors(random)
+    edges = random.integers(0, len(x), (int(random.integers(0, 80)), 2))
+    given = x, tensors, triangles, edges, int(random.integers(0, len(x))), 3, 0.5, 1.0
+    for found, plain in zip(relaxed(*given), relaxed_in_numpy(*given), strict=True):
+        assert_alike(found, plain)
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_any_metrics_are_smoothed_alike(seed):
+    random = np.random.default_rng(seed)
+    x, triangles, _ = linked_tensors(random)
+    inside, own = (
+        Metrics(places, odd(random, (len(places), 3)), odd(random, (len(places), 6)))
+        for places in (x[triangles].mean(axis=1), x)
+    )
+    apart = [np.array([node]) for node in random.permutation(len(x))[:5].tolist()]
+    newton = Newton(triangles, inside, own, odd(random, (len(x), 4)), apart, 0.6)
+    assert_alike(newton.moved(x, 2), newton.moved_in_numpy(x, 2))
+
+
+@pytest.mark.parametrize("seed", range(TRIALS))
+def test_any_cells_and_rings_enclose_some_of_the_cells_or_none(seed):
+    random = np.random.default_rng(seed)
+    n, t = int(random.integers(1, 30)), int(random.integers(0, 40))
+    cells = random.integers(0, n + 3, (t, 6)).astype(np.uint32)
+    cells[:, 3:] = random.integers(0, t + 2, (t, 3))  # numbers of neighbours, of which there may be none
+    cells[random.random((t, 6)) < 0.1] = 2**32 - 1
+    cells[:, :3] %= n + 3
+    found = enclosed(cells, random.integers(0, n, (int(random.integers(0, 20)), 2)), n)
+    assert found is None or (len(found) <= t and ((found >= -3) & (found < n)).all())
