@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.layers.columns import columns_on
 from bubblemesh.layers.fitting import fitted
 from bubblemesh.layers.heights import most_layers
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.rest import Rest
+from bubblemesh.layers.standing import columns_on
 from bubblemesh.layers.walls import Walls
 from bubblemesh.messages import node_limit
 from bubblemesh.packing.placement.diffusion import boundary_bubbles

@@ -1,0 +1,87 @@
+"""Directions of columns: fans around corners, normals of curves, and what lies between along a wall."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.ladder import Ladder
+from bubblemesh.layers.walls import Walls, left_of, turned
+
+FAN = np.radians(40)  # beyond a straight angle: sharper convex corners have a fan
+TIP = np.radians(120)  # the same: around tips and trailing edges one column would leave cells flat
+WIDEST = np.radians(30)  # between neighbours in a fan
+NARROWEST = np.radians(10)  # the same where the fan is so high that it would become coarse
+STRAY = np.radians(
+    2
+)  # more than half of the angle between edges, from what is halfway to a curve's normal that is told
+HIGHEST_STRETCH = 4.0
+BLENDINGS = 20  # passes
+BEND = 0.5  # of the shorter edge beside a column: the height within which it bends
+SEEN = 0.4  # least cosine between a blended column and the normals beside it
+
+
+def fan(ladder: Ladder, normal: Floats, angle: float, spacing: float, *, is_corner: bool) -> Floats | None:
+    """Directions (k, 2) of the columns around a convex bend, from the wall before it on; None if it has no fan.
+
+    A curve, which is bent since its nodes are far apart, has none where it is no tip.
+    """
+    turn = angle - np.pi
+    if turn <= FAN or not ((ladder.fans and is_corner) or turn > TIP):
+        return None
+    wanted = turn * float(ladder.thickness_below(np.array(spacing))) / spacing
+    steps = int(np.clip(np.ceil(wanted), np.ceil(turn / WIDEST), np.ceil(turn / NARROWEST)))
+    return turned(np.tile(normal, (steps + 1, 1)), -turn * np.arange(steps + 1) / steps)
+
+
+def on_curves(columns: Columns, walls: Walls, on_curve: Booleans, turns: Floats) -> tuple[Columns, Booleans]:
+    """The columns with the normals of the true curves as the directions of those that stand on smooth walls.
+
+    Of those ``on_curve`` (c,), where edges turn by some angle (c,), these are the ones (c,) with a normal about halfway
+    between the edges: along a wall that is rough between its nodes the normal at a node says nothing.
+    """
+    mine = np.flatnonzero(on_curve)
+    node, before = columns.foot[mine], _unit(columns.up[mine])
+    normal = left_of(walls.domain.boundary.tangents(walls.node_piece[node], walls.node_s[node]))
+    cosine = (normal * before).sum(axis=1)
+    told = np.abs(cosine) >= np.cos(turns[mine] / 2 + STRAY)
+    mine, normal = mine[told], np.sign(cosine[told])[:, None] * normal[told]
+    up, smooth = columns.up.copy(), np.zeros(len(columns), bool)
+    up[mine], smooth[mine] = normal, True
+    return replace(columns, foot_up=up, up=up), smooth
+
+
+def blended(columns: Columns, free: Booleans, smooth: Booleans, normals: Floats) -> Columns:
+    """The columns with directions that change gradually along the wall, where layers are thick beside its edges.
+
+    They turn from the direction at the foot above the first layer, so that its height is the wanted one. Heights are
+    those above the edges beside a column, or the curve that it stands on, if that is ``smooth``.
+    """
+    (i, j), normal = columns.pair[~columns.fan].T, normals[columns.side[~columns.fan]]
+    width = columns.bare_widths[~columns.fan]
+    edge = columns.least_of_pairs(np.where(columns.fan, np.inf, columns.bare_widths))
+    rate = np.where(free, 0.5 * np.clip(columns.thickness / edge - 0.25, 0, 1), 0.0)[:, None]
+    if not (rate > 0).any():
+        return columns
+    start = direction = _unit(columns.up)
+    for _ in range(BLENDINGS):
+        total = np.zeros_like(direction)
+        np.add.at(total, i, direction[j] / width[:, None])
+        np.add.at(total, j, direction[i] / width[:, None])
+        direction = _unit(direction + rate * (_unit(total) - direction))
+    least, total, walls = np.ones(len(columns)), np.zeros(len(columns)), np.zeros(len(columns))
+    for end in (i, j):
+        cosine = (normal * direction[end]).sum(axis=1)
+        np.minimum.at(least, end, cosine)
+        np.add.at(total, end, cosine)
+        np.add.at(walls, end, 1)
+    mean = np.where(smooth, (direction * start).sum(axis=1), total / np.maximum(walls, 1))
+    turned_away = free & (least >= SEEN)
+    up = direction / np.clip(mean, 1 / HIGHEST_STRETCH, 1.0)[:, None]
+    return replace(columns, up=np.where(turned_away[:, None], up, columns.up), bend=BEND * edge)
+
+
+def _unit(vectors: Floats) -> Floats:
+    """Vectors (n, 2) of length 1, but for those of length 0."""
+    return np.asarray(vectors / np.maximum(np.hypot(*vectors.T), 1e-300)[:, None])

@@ -1,0 +1,161 @@
+"""Where columns stand: one at each node of a wall with layers, several around corners, others where layers end."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.directions import HIGHEST_STRETCH, blended, fan, on_curves
+from bubblemesh.layers.ladder import Ladder
+from bubblemesh.layers.walls import Walls, left_of, turned
+
+ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse
+STEEPEST_END = np.radians(45)  # between a wall with layers and one that its last column follows
+FLATTEST_END = np.radians(135)
+
+
+class _Row(NamedTuple):
+    """A column, with the names and kinds of the columns of `Columns`."""
+
+    foot: int
+    up: Floats
+    ladder: int
+    follows: int = -1
+    from_start: bool = False
+    ends: bool = False
+
+
+class _Builder:
+    """Columns as they are found, at one end of a side after the other."""
+
+    def __init__(self, walls: Walls, ladders: Sequence[Ladder]) -> None:
+        self.walls, self.ladders, self.along = walls, ladders, walls.directions
+        self.normals = left_of(self.along)
+        self.rows = list[_Row]()
+        # Column at the beginning and at the end of each side, and those of each fan, with the side before it.
+        self.first, self.last = (np.full(len(walls.piece), -1) for _ in range(2))
+        self.fans = list[tuple[int, list[int]]]()
+        self.followed = dict[tuple[int, bool], int]()
+
+    def add(self, foot: int, up: Floats, ladder: int, ends: bool = False) -> int:
+        """Number of a new column, which goes ``up`` (2,) by so much for each unit of height."""
+        self.rows.append(_Row(foot, up, ladder, ends=ends))
+        return len(self.rows) - 1
+
+    def between_layers(self, side: int, after: int) -> None:
+        """Find the columns between a side with layers and the one ``after`` it, which has some too.
+
+        Of two kinds of layers they have those with the lower first height, which would be too high beside the others.
+        """
+        angle, foot = float(self.walls.angle[side]), int(self.walls.ends[side, 1])
+        ladder = min(map(int, self.walls.ladder[[side, after]]), key=lambda number: self.ladders[number].first)
+        asked, is_corner = self.ladders[ladder], bool(self.walls.node_piece[foot] < 0)
+        ways = fan(asked, self.normals[side], angle, float(self.walls.d[foot]), is_corner=is_corner)
+        if ways is None:
+            middle = turned(self.along[after : after + 1], np.array([angle / 2]))[0]
+            ways = middle[None] * min(1 / np.sin(angle / 2), HIGHEST_STRETCH)
+        around = [self.add(foot, up, ladder) for up in ways]
+        self.last[side], self.first[after] = around[0], around[-1]
+        if len(around) > 1:
+            self.fans.append((side, around))
+
+    def at_end(self, side: int, after: int) -> None:
+        """Find the column between a side and the one ``after`` it, of which only one has layers."""
+        walls, layers_first = self.walls, bool(self.walls.layered[side])
+        mine, bare = (side, after) if layers_first else (after, side)
+        angle, foot, ladder = float(walls.angle[side]), int(walls.ends[side, 1]), int(walls.ladder[mine])
+        if self.ladders[ladder].follow and STEEPEST_END <= angle <= FLATTEST_END:
+            up = (self.along[bare] if layers_first else -self.along[bare]) / np.sin(angle)
+            column = self._following(bare, bool(walls.forward[bare]) == layers_first, foot, up, ladder)
+        else:
+            column = self.add(foot, self.normals[mine], ladder, ends=True)
+        (self.last if layers_first else self.first)[mine] = column
+
+    def _following(self, side: int, from_start: bool, foot: int, up: Floats, ladder: int) -> int:
+        """Number of the column along a wall without layers, which the other side of that wall may have found before."""
+        piece = int(self.walls.piece[side])
+        known = self.followed.setdefault((piece, from_start), len(self.rows))
+        if known == len(self.rows):
+            self.rows.append(_Row(foot, up, ladder, piece, from_start))
+        else:
+            self.rows[known] = self.rows[known]._replace(up=(self.rows[known].up + up) / 2)
+        return known
+
+    def pairs(self) -> tuple[Integers, Integers]:
+        """Pairs (p, 2) of columns with cells between, first those on sides, then those in fans, and the sides (p,)."""
+        sides = np.flatnonzero(self.walls.layered)
+        beside = [(side, *pair) for side, around in self.fans for pair in pairwise(around)]
+        of_fan, one, other = np.array(beside, np.int64).reshape(-1, 3).T
+        on_sides = np.column_stack([self.first[sides], self.last[sides]])
+        return np.concatenate([on_sides, np.column_stack([one, other])]), np.append(sides, of_fan)
+
+    def arrays(self) -> tuple[Any, ...]:
+        """The columns of the table."""
+        return tuple(np.array(column) for column in zip(*self.rows, strict=True))
+
+    def turns(self) -> Floats:
+        """Largest angle (c,) by which the wall turns at the feet of columns."""
+        turn = np.zeros(len(self.walls.x))
+        np.maximum.at(turn, self.walls.ends[:, 1], np.abs(self.walls.angle - np.pi))
+        return turn[[row.foot for row in self.rows]]
+
+    def twins(self) -> Integers:
+        """Columns (k, 2) that match across the domain; one without a counterpart gets no layers."""
+        found = list[tuple[int, int]]()
+        for a, b in self.walls.domain.periodic.tolist():
+            for from_start in (True, False):
+                one, other = self.followed.get((a, from_start)), self.followed.get((b, not from_start))
+                if one is not None and other is not None:
+                    self._alike(one, other)
+                    found.append((one, other))
+                    continue
+                for lonely in (one, other):
+                    if lonely is not None:
+                        self.rows[lonely] = self.rows[lonely]._replace(ends=True)
+        return np.array(found, np.int64).reshape(-1, 2)
+
+    def _alike(self, one: int, other: int) -> None:
+        """Let two columns go up by the same, whatever the walls beside them."""
+        rows = self.rows[one], self.rows[other]
+        ways = [float(np.hypot(*row.up)) for row in rows]
+        for number, row, way in zip((one, other), rows, ways, strict=True):
+            self.rows[number] = row._replace(up=row.up * (sum(ways) / (2 * way)), ladder=rows[0].ladder)
+
+
+def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
+    """Columns on all walls with layers: one at each node, several around convex corners."""
+    made, layered = _Builder(walls, ladders), walls.layered
+    for side in np.flatnonzero(layered | layered[walls.following]).tolist():
+        after = int(walls.following[side])
+        if layered[side] and layered[after]:
+            made.between_layers(side, after)
+        else:
+            made.at_end(side, after)
+    pair, side_of_pair = made.pairs()
+    twins = made.twins()
+    foot, up, asked, follows, from_start, ends = made.arrays()
+    columns = Columns(
+        tuple(ladders),
+        foot,
+        walls.x[foot],
+        up,
+        up,
+        np.ones(len(foot)),
+        asked,
+        follows,
+        from_start,
+        ends,
+        walls.d[foot],
+        pair,
+        side_of_pair,
+        np.arange(len(pair)) >= layered.sum(),
+        twins,
+    )
+    free = (columns.follows < 0) & ~columns.ends
+    free[[column for _, around in made.fans for column in around]] = False
+    on_curve = free & (walls.node_piece[foot] >= 0) & (made.turns() < ROUGH)
+    columns, smooth = on_curves(columns, walls, on_curve, made.turns())
+    return blended(columns, free, smooth, made.normals)
