@@ -23,16 +23,22 @@ def graded(points: Floats, triangles: Integers, tensors: Floats, growth: float) 
     """
     edges, _ = unique_edges(triangles)
     pairs = np.concatenate([edges, edges[:, ::-1]])
-    pairs = pairs[np.argsort(pairs[:, 1], kind="stable")]
-    _, rank = members(np.bincount(pairs[:, 1], minlength=len(points)))
-    turns = [pairs[rank == turn].T for turn in range(int(rank.max(initial=-1)) + 1)]
-    result, told, news = tensors.copy(), tensors.copy(), np.ones(len(points), bool)
-    while news.any():  # it goes on from node to node; each time a size is less by more than what counts as none
+    ends = pairs[np.argsort(pairs[:, 0], kind="stable"), 1]
+    counts = np.bincount(pairs[:, 0], minlength=len(points))
+    first = np.cumsum(counts) - counts
+    result, told, news = tensors.copy(), tensors.copy(), np.arange(len(points))
+    while len(news):  # it goes on from node to node; each time a size is less by more than what counts as none
         told[news] = result[news]
-        for origins, ends in turns:  # each node is the end of one edge at most
-            origin, end = (nodes[news[origins]] for nodes in (origins, ends))
-            length = lengths(told[origin], points[end] - points[origin])
-            reach = told[origin] / ((1 + growth * length) ** 2)[:, None]
-            result[end] = intersections(result[end], reach)
-        news = np.abs(result - told).max(axis=1) > SETTLED * (told[:, 0] + told[:, 2])
+        of, rank = members(counts[news])
+        origin, end = news[of], ends[first[news][of] + rank]
+        order = np.argsort(end, kind="stable")
+        reached, met = np.unique(end, return_counts=True)
+        _, turn = members(met)
+        for turned in range(int(met.max(initial=0))):  # in which each node is the end of one edge at most
+            some = order[turn == turned]
+            length = lengths(told[origin[some]], points[end[some]] - points[origin[some]])
+            reach = told[origin[some]] / ((1 + growth * length) ** 2)[:, None]
+            result[end[some]] = intersections(result[end[some]], reach)
+        change = np.abs(result[reached] - told[reached]).max(axis=1)
+        news = reached[change > SETTLED * (told[reached, 0] + told[reached, 2])]
     return result
