@@ -1,11 +1,13 @@
 """Refinement: nodes are added until no angle is smaller, no triangle larger, and none less free than asked for.
 
+Where they go is in `packing.sites`.
+
 References
 ----------
 J. Ruppert, "A Delaunay refinement algorithm for quality 2-dimensional mesh generation", J. Algorithms 18 (1995);
 L. P. Chew, "Guaranteed-quality mesh generation for curved surfaces", SoCG 1993, for nodes that a split edge removes;
 G. L. Miller, S. E. Pav, N. J. Walkington, "When and why Delaunay refinement algorithms work", Int. J. Comput. Geom.
-Appl. 15 (2005), for sharp corners; A. Ungor, "Off-centers", Comput. Geom. 42 (2009), for where nodes are added.
+Appl. 15 (2005), for sharp corners.
 """
 
 from dataclasses import replace
@@ -15,28 +17,24 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, others
+from bubblemesh.arrays import Floats, Integers, all_of_rows, others
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts, matching_edges
-from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.quality import angles, signed_areas
-from bubblemesh.meshes.triangulation import circumcircles, regions
+from bubblemesh.meshes.triangulation import regions
 from bubblemesh.messages import node_limit, place
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.net import Net, connect, connect_inside, reconnect
 from bubblemesh.packing.progress import TimeUp, Watch
 from bubblemesh.packing.sharp_corners import SharpCorners
+from bubblemesh.packing.sites import ROUNDING, Additions, Faults, Sites, cross
 from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 ROUNDS = 1000
-SHORTEST = 1e-10  # of the domain's size: edges that are not split any more
-SHORTEST_IN_SPACINGS = 1e-4  # the same, in spacings: so short is no edge but where corners ask each other for nodes
-ROUNDING = 1e-9  # relative
-ALMOST = 0.99  # of the way to where the angle would be exactly as wanted
 AROUND = 3  # rings of nodes around new ones that are smoothed
 SMOOTHINGS, ATTEMPTS = 2, 6
 
@@ -60,20 +58,6 @@ class Refined:
     excused: tuple[Excused, ...]
     stopped: str | None = None  # when or where, if demands are not met
     out_of_nodes: bool = False  # whether that was by the limit on these
-
-
-class Faults(NamedTuple):
-    """Triangles that are not as they have to be."""
-
-    triangles: Integers  # (k,), the worst first
-    sharp: Booleans  # (k,), whether an angle is too small, rather than the area too large
-
-
-class Additions(NamedTuple):
-    """Nodes to add: one in each of some facets (j,), and free ones at points (k, 2)."""
-
-    facets: Integers
-    points: Floats
 
 
 @record
@@ -100,9 +84,9 @@ class Refinement:
             except TimeUp as reason:
                 stopped = f"by {reason}"
                 break
-            grown = self._grown(net, self._freeing(net, overconstrained))
+            grown = self._grown(net, self._sites.freeing(net, overconstrained))
             if grown is None and len(faults.triangles):
-                grown = self._grown(net, self._additions(net, faults))
+                grown = self._grown(net, self._sites.mending(net, faults))
             if grown is None:
                 left = net.bubbles.x[net.triangles[np.append(faults.triangles, overconstrained)[0]]].mean(axis=0)
                 stopped = f"where edges are too short or too near to each other to be split, as at {place(left)}"
@@ -120,6 +104,10 @@ class Refinement:
     @cached_property
     def _corners(self) -> SharpCorners:
         return SharpCorners(self.domain.boundary)
+
+    @cached_property
+    def _sites(self) -> Sites:
+        return Sites(self.domain, self.spacing, self.demands.angle, self._corners)
 
     def _least_angles(self, net: Net) -> tuple[Floats, Integers]:
         """Least angles (t,) of the triangles in degrees, and the corners (t,) that excuse those too small, or -1."""
@@ -153,103 +141,6 @@ class Refinement:
         on_rings = np.zeros(len(net.bubbles), bool)
         on_rings[net.facets[~net.two_sided]] = True
         return np.flatnonzero(all_of_rows(on_rings[net.triangles]))
-
-    def _freeing(self, net: Net, triangles: Integers) -> Additions:
-        """Nodes that give triangles (k,) a node inside: in the middle of their longest side that is on no ring.
-
-        What is new beside it has that node, so that no other triangle comes to need one.
-        """
-        x, corners, n = net.bubbles.x, net.triangles[triangles], len(net.bubbles)
-        facets = edge_keys(np.sort(net.facets, axis=1), n)
-        order = np.argsort(facets)
-        sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
-        place = find_keys(facets[order], edge_keys(np.sort(sides.reshape(-1, 2), axis=1), n)).reshape(-1, 3)
-        facet = np.where(place < 0, -1, order[place])
-        length = np.hypot(*np.moveaxis(x[sides[:, :, 1]] - x[sides[:, :, 0]], 2, 0))
-        length = np.where((facet < 0) | net.two_sided[facet], length, 0)
-        rows, longest = np.arange(len(corners)), length.argmax(axis=1)
-        facet, length = facet[rows, longest], length[rows, longest]
-        points = np.where(length[:, None] > 0, x[sides[rows, longest]].mean(axis=1), x[corners].mean(axis=1))
-        order = np.argsort(-length, kind="stable")
-        order = order[(length[order] == 0) | (length[order] / 2 > self._least_half(points[order]))]
-        chosen = order[_apart(points[order], length[order] / 2)]
-        on_line = (facet[chosen] >= 0) & (length[chosen] > 0)
-        return Additions(np.unique(facet[chosen[on_line]]), points[chosen[~on_line]])
-
-    def _additions(self, net: Net, faults: Faults) -> Additions:
-        """Nodes that mend the triangles: near their circumcentres, or in facets that these are too near to.
-
-        Of nodes that are near to each other only the one for the worst triangle is taken.
-        """
-        a, b = np.moveaxis(net.bubbles.x[net.facets], 1, 0)
-        points, room = self._centres(net, faults)
-        number, facet, blind = self._hindering(net, faults.triangles, points)
-        free = others(len(points), np.append(number, blind))
-        facet = facet[np.sort(np.unique(facet, return_index=True)[1])]
-        middles, half = (a[facet] + b[facet]) / 2, np.hypot(*(b[facet] - a[facet]).T) / 2
-        long = half > self._least_half(middles)
-        facet, middles, half = (some[long] for some in (facet, middles, half))
-        chosen = _apart(np.vstack([middles, points[free]]), np.append(half, room[free]))
-        split = facet[chosen[chosen < len(facet)]]
-        return Additions(split, points[free[chosen[chosen >= len(facet)] - len(facet)]])
-
-    def _least_half(self, points: Floats) -> Floats:
-        """Half (n,) of the length of edges around points (n, 2) that are not split any more."""
-        return np.maximum(SHORTEST * self.domain.size, SHORTEST_IN_SPACINGS * self.spacing.extended(points))
-
-    def _centres(self, net: Net, faults: Faults) -> tuple[Floats, Floats]:
-        """Points (k, 2) at which nodes mend the triangles, and their distances (k,) from the triangles' nodes.
-
-        They are circumcentres, or nearer to the shortest side of sharp triangles, where the angle is as wanted.
-        """
-        corners = net.bubbles.x[net.triangles[faults.triangles]]
-        centre, _ = circumcircles(corners.reshape(-1, 2), np.arange(3 * len(corners)).reshape(-1, 3))
-        sides = np.hypot(*np.moveaxis(corners - np.roll(corners, -1, axis=1), 2, 0))
-        rows, short = np.arange(len(corners)), sides.argmin(axis=1)
-        p, q, other = (corners[rows, (short + k) % 3] for k in range(3))
-        middle, along = (p + q) / 2, q - p
-        inward = np.column_stack([-along[:, 1], along[:, 0]]) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
-        length = np.hypot(*along.T)
-        height = np.einsum("ij,ij->i", centre - middle, inward)
-        if self.demands.angle > 0:
-            wanted = ALMOST * length / (2 * np.tan(np.radians(self.demands.angle) / 2))
-            nearer = faults.sharp & ~(height <= wanted)  # a flat triangle's is no number
-            height = np.where(nearer, wanted, height)
-        points = middle + height[:, None] * inward
-        astray = ~np.isfinite(points).all(axis=1)
-        points[astray] = other[astray]
-        return points, np.hypot(*(points - p).T)
-
-    def _hindering(self, net: Net, triangles: Integers, points: Floats) -> tuple[Integers, Integers, Integers]:
-        """Numbers (m,) of points (k, 2) that are hindered, the facets (m,) that hinder them, and points past all help.
-
-        A point, seen from its triangle, is hindered by the first facet in its way, or else by those in whose diametral
-        circles it lies. Nothing helps behind a facet that is not split any more, or has its bubbles set beforehand.
-        """
-        x = net.bubbles.x
-        a, b = np.moveaxis(x[net.facets], 1, 0)
-        tree = shapely.STRtree(shapely.linestrings(np.stack([a, b], axis=1)))
-        start = x[net.triangles[triangles]].mean(axis=1)
-        number, facet = tree.query(shapely.linestrings(np.stack([start, points], axis=1)), predicate="intersects")
-        way, side = points[number] - start[number], b[facet] - a[facet]
-        gap = a[facet] - start[number]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = _cross(gap, side) / _cross(way, side)
-        share = np.where(np.isfinite(share), share, 0.0)
-        order = np.lexsort((share, number))
-        first = order[np.diff(number[order], prepend=-1) != 0]
-        number, facet = number[first], facet[first]
-        seen = others(len(points), number)
-        middle, half = (a + b) / 2, np.hypot(*(b - a).T) / 2
-        circles = shapely.STRtree(shapely.box(*(middle - half[:, None]).T, *(middle + half[:, None]).T))
-        at, near = circles.query(shapely.points(points[seen]))
-        at = seen[at]
-        within = np.hypot(*(points[at] - middle[near]).T) < (1 - ROUNDING) * half[near]
-        within &= net.two_sided[near] | (_cross(b[near] - a[near], points[at] - a[near]) > 0)
-        kept = self._corners.unsplit(net) | np.isin(net.facet_piece, self.domain.held.pieces)
-        blind, near, at = number[kept[facet]], near[within], at[within]
-        number, facet = np.append(number, at), np.append(facet, near)
-        return number[~kept[facet]], facet[~kept[facet]], blind
 
     def _grown(self, net: Net, additions: Additions) -> Net | None:
         """The net with these nodes, or with the first of them only if edges would cross; None if there is none."""
@@ -316,7 +207,7 @@ class Refinement:
         facet, node = tree.query(shapely.box(*(middle - half[:, None]).T, *(middle + half[:, None]).T))
         x = bubbles.x[free[node]]
         within = np.hypot(*(x - middle[facet]).T) < (1 - ROUNDING) * half[facet]
-        within &= net.two_sided[facets[facet]] | (_cross((b - a)[facet], x - a[facet]) > 0)
+        within &= net.two_sided[facets[facet]] | (cross((b - a)[facet], x - a[facet]) > 0)
         return np.unique(free[node[within]])
 
     def _smoothed(self, net: Net) -> Net:
@@ -351,25 +242,6 @@ class Refinement:
         if len(self._broken(net)) == 0:  # smoothing has mended the last ones
             stopped, out_of_nodes = None, False
         return Refined(net, added, angle, excess, len(self._overconstrained(net)), excused, stopped, out_of_nodes)
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Cross products (m,) of vectors (m, 2)."""
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-
-
-def _apart(points: Floats, room: Floats) -> Integers:
-    """Numbers (k,) of points (m, 2) none of which is within the ``room`` (m,) of another one; the first are preferred.
-
-    A point that only one that is not taken stands in the way of may be left out as well.
-    """
-    if len(points) == 0:
-        return np.zeros(0, np.int64)
-    tree = shapely.STRtree(shapely.points(points))
-    one, other = tree.query(shapely.points(points), predicate="dwithin", distance=room)
-    taken = np.ones(len(points), bool)
-    taken[np.maximum(one, other)[one != other]] = False
-    return np.flatnonzero(taken)
 
 
 def _locally_spaced(net: Net) -> Net:
