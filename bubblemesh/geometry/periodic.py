@@ -34,7 +34,7 @@ def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> In
                 at = boundary.points(np.array([piece]), boundary.lengths[[piece]] / 2)[0]
                 raise GeometryError(
                     f"periodic sides {names[0]!r} and {names[1]!r}: what is at {place(at)} has no counterpart at "
-                    f"{place(at + shift)}: both sides need the same shape and the same vertices"
+                    f"{place(at + shift)}: both sides need the same shape and the same vertices, moved but not turned"
                 )
             pairs.append((int(piece), int(match[0])))
         if len(first) != len(second):

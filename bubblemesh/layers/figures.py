@@ -31,6 +31,8 @@ class LabelLayers:
     label : str
     region : str or None
         Region that has them, if the case names one.
+    by_thickness : bool
+        Whether the case asks for their height in all.
     isotropic : bool
         Whether they go on until they are as high as wide.
     columns : int
@@ -62,6 +64,7 @@ class LabelLayers:
 
     label: str
     region: str | None
+    by_thickness: bool
     isotropic: bool
     columns: int
     wanted: float
@@ -102,12 +105,13 @@ class LabelLayers:
                 "last layer, since columns end before they are as high as wide: the wall has too few of them, or "
                 "something is in their way; a larger first or growth needs fewer layers"
             )
-        more = int(np.ceil(np.log(self.across_front) / np.log(self.growth))) if self.growth > 1 else 0
+        high = f"{self.across_front:.3g} times as high as the last layer"
+        told = f"layers on {self.label!r}: triangles beside them are {high}"
+        if self.by_thickness:  # more of them would be thinner ones
+            return f"{told}: first with until: isotropic, in place of thickness, lets sizes pass without a jump"
+        more = int(np.ceil(np.log(self.across_front / most) / np.log(self.growth))) if self.growth > 1 else 0
         count = f", or count: {self.count['wanted'] + more}" if more else ""
-        return (
-            f"layers on {self.label!r}: triangles beside them are {self.across_front:.3g} times as high as the last "
-            f"layer: until: isotropic{count} lets sizes pass without a jump"
-        )
+        return f"{told}: until: isotropic{count} lets sizes pass without a jump"
 
 
 def figures(strips: Strips, beyond: Floats | None = None) -> tuple[LabelLayers, ...]:
@@ -147,6 +151,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     return LabelLayers(
         label=label,
         region=ladder.region,
+        by_thickness=ladder.by_thickness,
         isotropic=ladder.isotropic,
         columns=len(which),
         wanted=ladder.first,

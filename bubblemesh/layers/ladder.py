@@ -27,6 +27,8 @@ class Ladder:
         Ratio of the heights of successive layers.
     count : int
         Number of layers, at most.
+    by_thickness : bool
+        Whether their height in all is asked for.
     isotropic : bool
         Whether columns end where the height of their layers reaches the distance to their neighbours.
     fans : bool
@@ -45,6 +47,7 @@ class Ladder:
     first: float
     growth: float
     count: int
+    by_thickness: bool = False
     isotropic: bool = False
     fans: bool = True
     follow: bool = True

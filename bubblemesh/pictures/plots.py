@@ -114,7 +114,7 @@ def _draw(axes: Axes, mesh: Mesh, options: PlotOptions, data: MeshData, inches_p
         mesh,
         np.reshape(box, (2, 2)),
         told_apart=labels or color == "label",
-        all_labels=color == "label",
+        all_labels=color == "label" or options.labels is True,
         width=float(np.clip(BOUNDARY_SHARE * POINTS_PER_INCH * edge, *style.boundary)),
     )
     _arrange(axes, box, options)

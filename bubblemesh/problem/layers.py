@@ -117,6 +117,7 @@ def _ladder(keys: LayerKeys, key: Key, domain: Domain) -> Ladder:
         first=first,
         growth=growth,
         count=count,
+        by_thickness=keys.thickness is not None,
         isotropic=keys.until is not None,
         fans=keys.corners == "fans",
         follow=keys.ends == "follow",

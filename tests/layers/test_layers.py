@@ -361,6 +361,22 @@ def test_layers_that_end_long_before_they_are_isotropic_are_told():
     assert "since columns end before they are as high as wide" in text
 
 
+def test_with_a_thickness_no_count_is_advised_since_layers_would_be_thinner():
+    result = run(CHANNEL, {"on": "bottom", "first": 0.002, "thickness": 0.02})
+    (text,) = (text for text in result.report["warnings"] if "times as high" in text)
+    assert "first with until: isotropic, in place of thickness" in text
+    assert "count" not in text
+
+
+def test_the_count_that_is_advised_lets_sizes_pass():
+    keys = {"on": "bottom", "first": 0.002, "growth": 1.2}
+    (text,) = (text for text in run(CHANNEL, {**keys, "count": 9}).report["warnings"] if "times as high" in text)
+    count = int(text.split("count: ")[1].split()[0])
+    result = run(CHANNEL, {**keys, "count": count})
+    assert not [text for text in result.report["warnings"] if "times as high" in text]
+    assert row_of(result, "bottom")["complete"] == 1
+
+
 def test_a_first_layer_as_high_as_the_spacing_is_there_all_along():
     result = run(CHANNEL, {"on": "bottom", "first": 0.1, "growth": 1.2, "until": "isotropic", "ends": "taper"})
     row = row_of(result, "bottom")
