@@ -105,8 +105,8 @@ class LabelLayers:
                 "last layer, since columns end before they are as high as wide: the wall has too few of them, or "
                 "something is in their way; a larger first or growth needs fewer layers"
             )
-        high = f"{self.across_front:.3g} times as high as the last layer"
-        told = f"layers on {self.label!r}: triangles beside them are {high}"
+        times = f"{self.across_front:.3g}"
+        told = f"layers on {self.label!r}: triangles beside them are {times} times as high as the last layer"
         if self.by_thickness:  # more of them would be thinner ones
             return f"{told}: first with until: isotropic, in place of thickness, lets sizes pass without a jump"
         more = int(np.ceil(np.log(self.across_front / most) / np.log(self.growth))) if self.growth > 1 else 0
