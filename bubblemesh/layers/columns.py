@@ -30,7 +30,9 @@ class Columns:
     pair: Integers  # (p, 2): columns with cells between, the wall being on the right of the way from one to the other
     side: Integers  # (p,): of the wall between their feet, or before a fan
     fan: Booleans  # (p,): whether both stand on one node
-    twins: Integers  # (k, 2): columns on periodic sides that match
+    twins: Integers  # (k, 2): columns that are equally high: on periodic sides that match, or with the same nodes
+    owner: Integers  # (c,): column whose nodes above the wall it has: itself, or the first one at a bend of short edges
+    pinch: Booleans  # (p,): whether both have the same nodes above the wall
 
     def __len__(self) -> int:
         return len(self.foot)
@@ -40,6 +42,22 @@ class Columns:
         first = np.array([ladder.first for ladder in self.ladders])[self.ladder[which]]
         bent = np.clip((height - first) / self.bend[which], 0, 1)[:, None]
         return self.at[which] + height[:, None] * ((1 - bent) * self.foot_up[which] + bent * self.up[which])
+
+    @property
+    def apart(self) -> Booleans:
+        """Mask (p,) of the pairs that stand on two nodes, and have nodes of their own."""
+        return ~(self.fan | self.pinch)
+
+    @property
+    def are_pinched(self) -> Booleans:
+        """Mask (c,) of the columns that have nodes in common with others."""
+        found = np.zeros(len(self), bool)
+        found[self.pair[self.pinch]] = True
+        return found
+
+    def own(self, count: Integers) -> Integers:
+        """Counts (c,) of nodes above the wall, but 0 for columns that have those of another one."""
+        return np.where(self.owner == np.arange(len(self)), count, 0)
 
     @property
     def thickness(self) -> Floats:

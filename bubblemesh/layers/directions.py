@@ -58,9 +58,9 @@ def blended(columns: Columns, free: Booleans, smooth: Booleans, normals: Floats)
     They turn from the direction at the foot above the first layer, so that its height is the wanted one. Heights are
     those above the edges beside a column, or the curve that it stands on, if that is ``smooth``.
     """
-    (i, j), normal = columns.pair[~columns.fan].T, normals[columns.side[~columns.fan]]
-    width = columns.bare_widths[~columns.fan]
-    edge = columns.least_of_pairs(np.where(columns.fan, np.inf, columns.bare_widths))
+    (i, j), normal = columns.pair[columns.apart].T, normals[columns.side[columns.apart]]
+    width = columns.bare_widths[columns.apart]
+    edge = columns.least_of_pairs(np.where(columns.apart, columns.bare_widths, np.inf))
     rate = np.where(free, 0.5 * np.clip(columns.thickness / edge - 0.25, 0, 1), 0.0)[:, None]
     if not (rate > 0).any():
         return columns

@@ -145,7 +145,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     low = (share < LOW) & (asked > 0)
     order = np.argsort(np.where(low, share - 1, share), kind="stable")
     short = which[order[~full[order]]][:SHORTEST]
-    first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & ~columns.fan))
+    first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
     ratio = first[first > 0]
     next_ones = across[mine & np.isfinite(across)]
     return LabelLayers(
@@ -193,7 +193,7 @@ def _first_layer(strips: Strips, wanted: float, pairs: Integers) -> tuple[Floats
     found, angles = np.zeros((len(pairs), 2)), list[Floats]()
     for end, (column, way) in enumerate(((i, base), (j, -base))):
         some = strips.heights.count[column] > 0
-        step = strips.x[strips.first[column[some]]] - columns.at[column[some]]
+        step = strips.x[strips.node(column[some], np.ones(int(some.sum()), np.int64))] - columns.at[column[some]]
         found[some, end] = (step * up[some]).sum(axis=1)
         cosine = (step * way[some]).sum(axis=1) / (np.hypot(*step.T) * length[some])
         angles.append(90 - np.abs(np.degrees(np.arcsin(np.clip(cosine, -1, 1)))))

@@ -70,12 +70,12 @@ def most_layers(columns: Columns, spacing: Spacing) -> Integers:
     for number, ladder in enumerate(columns.ladders):
         going = np.flatnonzero(columns.ladder == number)
         for height, top in zip(ladder.heights, ladder.tops[1:], strict=True):
-            foot, middle = columns.foot[going], np.full(len(going), top - height / 2)
+            middle = np.full(len(going), top - height / 2)
             d = _spacing_at(columns, going, middle, spacing)
-            widest = _widest(columns, top)[foot]
+            widest = _widest(columns, top)[going]
             wide = widest if ladder.isotropic else np.maximum(widest, columns.spacing[going])
             low = height <= np.minimum(wide, d) * (1 + ROUNDING)
-            fits = low & (widest <= WIDEST * np.maximum(d, at_foot[foot]) * (1 + ROUNDING))
+            fits = low & (widest <= WIDEST * np.maximum(d, at_foot[going]) * (1 + ROUNDING))
             going = going[fits]
             if not len(going):
                 break
@@ -93,13 +93,13 @@ def _spacing_at(columns: Columns, which: Integers, height: Floats, spacing: Spac
 
 
 def _widest(columns: Columns, height: float) -> Floats:
-    """Largest width (n,) beside the columns of each node of the walls at some height, but for those in fans."""
-    at = columns.places(np.arange(len(columns)), np.full(len(columns), height))
-    i, j = pair = columns.pair[~columns.fan].T
+    """Largest width (c,) at some height beside columns of the same foot or nodes, but for those in fans."""
+    at, foot = columns.places(np.arange(len(columns)), np.full(len(columns), height)), columns.foot[columns.owner]
+    i, j = pair = columns.pair[columns.apart].T
     width, widest = np.hypot(*(at[j] - at[i]).T), np.zeros(columns.foot.max() + 1)
     for end in pair:
-        np.maximum.at(widest, columns.foot[end], width)
-    return widest
+        np.maximum.at(widest, foot[end], width)
+    return np.asarray(widest[foot])
 
 
 def reached(columns: Columns, found: Heights, owner: Integers, level: Integers) -> Floats:
@@ -109,7 +109,7 @@ def reached(columns: Columns, found: Heights, owner: Integers, level: Integers) 
 
 def places(columns: Columns, walls: Walls, found: Heights) -> Floats:
     """Nodes (n, 2) of all columns above their feet, one column after the other."""
-    owner, rank = members(found.count)
+    owner, rank = members(columns.own(found.count))
     height = reached(columns, found, owner, rank + 1)
     x = columns.places(owner, height)
     on_piece = np.flatnonzero(columns.follows[owner] >= 0)

@@ -57,7 +57,7 @@ def joined(rest: Rest, net: Net, spacing: Spacing) -> Joined:
 def _on_whole(strips: Strips) -> tuple[Integers, Floats]:
     """Piece (n,) of the whole on which each node of the strips slides, -1 for none, and its arc length (n,) there."""
     walls, columns, count = strips.walls, strips.columns, strips.heights.count
-    owner, rank = members(count)
+    owner, rank = members(columns.own(count))
     piece, s = on_pieces(columns, walls, owner, reached(columns, strips.heights, owner, rank + 1))
     return np.append(walls.node_piece, piece), np.append(walls.node_s, s)
 

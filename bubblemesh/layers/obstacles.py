@@ -83,7 +83,7 @@ class Obstacles:
         meeting = self.tree.query(inner, predicate="intersects")
         one = meeting[0, self._is_apart(strips, full, *meeting)]
         near, by = self.tree.query(shapes, predicate="dwithin", distance=APART * high)
-        feet, ends = columns.at[columns.pair[full]], np.stack([self.start, self.end], axis=1)
+        feet, ends = strips.x[columns.foot[columns.pair[full]]], np.stack([self.start, self.end], axis=1)
         joined = (feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
         away = shapely.distance(shapely.points(feet.mean(axis=1)[near]), self.lines[by]) > high[near]
         point = (self.start == self.end).all(axis=1)[by]
@@ -101,7 +101,8 @@ class Obstacles:
         columns, tops = strips.columns, strips.fronts[full]
         one, other = shapely.STRtree(inner).query(inner, predicate="intersects")
         high = strips.height[columns.pair[full]].max(axis=1)
-        middle, feet = columns.at[columns.pair[full]].mean(axis=1), columns.foot[columns.pair[full]]
+        middle = columns.at[columns.pair[full]].mean(axis=1)
+        feet = columns.foot[columns.owner[columns.pair[full]]]
         near, by = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=APART * high)
         over = strips.x[tops].mean(axis=1)
         facing = self._face_each_other(over, near, by)

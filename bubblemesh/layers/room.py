@@ -63,7 +63,12 @@ def _up_to(obstacles: Obstacles, columns: Columns, thickness: Floats) -> Floats:
     """Heights (c,) at which straight columns of a thickness (c,) have taken their part of the way to what is across."""
     straight = np.flatnonzero((columns.follows < 0) & ~columns.ends)
     reach = REACH * thickness[straight] + 2 * columns.spacing[straight]
-    origin, ray = columns.at[straight], columns.up[straight] * reach[:, None]
+    # Columns with nodes in common go up from behind the wall.
+    start = np.where(columns.are_pinched, columns.tops(np.arange(len(columns)), np.minimum(1, columns.wanted)), 0.0)[
+        straight
+    ]
+    origin = columns.at[straight] + start[:, None] * columns.up[straight]
+    ray = columns.up[straight] * reach[:, None]
     of, line = obstacles.tree.query(shapely.linestrings(np.stack([origin, origin + ray], axis=1)), "intersects")
     along, across = (obstacles.end - obstacles.start)[line], obstacles.start[line] - origin[of]
     (rx, ry), (ux, uy), (ox, oy) = ray[of].T, along.T, across.T
@@ -74,7 +79,7 @@ def _up_to(obstacles: Obstacles, columns: Columns, thickness: Floats) -> Floats:
     of, line, share = of[met], line[met], share[met]
     order = np.argsort(-share, kind="stable")  # the last one written stays
     way, shared = np.full(len(straight), np.inf), np.zeros(len(straight), bool)
-    way[of[order]], shared[of[order]] = (share * reach[of])[order], obstacles.layered[line[order]]
+    way[of[order]], shared[of[order]] = (start[of] + share * reach[of])[order], obstacles.layered[line[order]]
     height = np.full(len(columns), np.inf)
     height[straight] = part_of(way, columns.spacing[straight], shared)
     return height

@@ -10,6 +10,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH, blended, fan, on_curves
 from bubblemesh.layers.ladder import Ladder
+from bubblemesh.layers.pinches import parting, pinched
 from bubblemesh.layers.walls import Walls, left_of, turned
 
 ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse
@@ -153,9 +154,13 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
         side_of_pair,
         np.arange(len(pair)) >= layered.sum(),
         twins,
+        np.arange(len(foot)),
+        np.zeros(len(pair), bool),
     )
     free = (columns.follows < 0) & ~columns.ends
     free[[column for _, around in made.fans for column in around]] = False
+    columns = pinched(columns, walls, free)
+    free &= ~(columns.are_pinched | parting(columns))
     on_curve = free & (walls.node_piece[foot] >= 0) & (made.turns() < ROUGH)
     columns, smooth = on_curves(columns, walls, on_curve, made.turns())
     return blended(columns, free, smooth, made.normals)

@@ -34,17 +34,17 @@ class Strips:
     @classmethod
     def of(cls, columns: Columns, walls: Walls, found: Heights) -> "Strips":
         """Strips of columns that are so high."""
-        x, first = places(columns, walls, found), np.append(0, np.cumsum(found.count))
+        x, first = places(columns, walls, found), np.append(0, np.cumsum(columns.own(found.count)))
         return cls(columns, walls, found, np.vstack([walls.x, x]), first + len(walls.x))
 
     def node(self, column: Integers, level: Integers) -> Integers:
         """Numbers (k,) of nodes on columns (k,), from level 0 at the foot up."""
-        return np.where(level == 0, self.columns.foot[column], self.first[column] + level - 1)
+        return np.where(level == 0, self.columns.foot[column], self.first[self.columns.owner[column]] + level - 1)
 
     @property
     def levels(self) -> Integers:
         """Number (n,) of the layer below each node, 0 for those of walls."""
-        return np.append(np.zeros(len(self.walls.x), np.int64), members(self.heights.count)[1] + 1)
+        return np.append(np.zeros(len(self.walls.x), np.int64), members(self.columns.own(self.heights.count))[1] + 1)
 
     @property
     def top(self) -> Integers:
@@ -62,7 +62,7 @@ class Strips:
 
     @property
     def triangles(self) -> tuple[Integers, Integers]:
-        """Cells (t, 3) with three nodes, at the feet of fans and beside the last layer of the higher of two columns."""
+        """Cells (t, 3) with three nodes: at fans' feet, below shared nodes, beside last layers of higher columns."""
         pair, level, foot = self._levels
         i, j = self.columns.pair[pair[foot]].T
         k = level[foot]
@@ -73,12 +73,16 @@ class Strips:
         low = np.minimum(ci, cj)[steps]
         higher = np.where(ci[steps] > cj[steps], i, j)
         closing = np.column_stack([self.node(i, low), self.node(j, low), self.node(higher, low + 1)])
-        return np.vstack([at_feet, closing]), np.append(pair[foot], steps)
+        pinched = np.flatnonzero(self.columns.pinch & (ci > 0))
+        i, j = self.columns.pair[pinched].T
+        below = np.column_stack([self.columns.foot[i], self.columns.foot[j], self.node(i, np.ones_like(i))])
+        return np.vstack([at_feet, closing, below]), np.concatenate([pair[foot], steps, pinched])
 
     @property
     def _levels(self) -> tuple[Integers, Integers, Booleans]:
         """Pair and level (m,) of all cells up to the lower one of two columns, and whether they are at a fan's foot."""
-        pair, level = members(self.heights.count[self.columns.pair].min(axis=1))
+        both = self.heights.count[self.columns.pair].min(axis=1)
+        pair, level = members(np.where(self.columns.pinch, 0, both))
         return pair, level, (level == 0) & self.columns.fan[pair]
 
     @property
@@ -130,7 +134,7 @@ class Strips:
         """
         columns, walls = self.columns, self.walls
         ends = self.columns.at[columns.pair]
-        bulge = np.where(columns.fan[:, None], 0.0, walls.middles[columns.side] - ends.mean(axis=1))
+        bulge = np.where(columns.apart[:, None], walls.middles[columns.side] - ends.mean(axis=1), 0.0)
         curved = (bulge != 0).any(axis=1)
 
         pair, level = members(self.heights.count[columns.pair].min(axis=1))

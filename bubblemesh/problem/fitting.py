@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import NamedTuple
 
+from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.problem.narrow_parts import Filled, Unfilled, with_narrow_parts_filled
@@ -54,14 +55,17 @@ def asked_spacing(domain: Domain, request: SpacingRequest, scale: float | None, 
     return Asked(before_rules, after_rules, after_periodic, survey)
 
 
-def fitted_to_boundary(domain: Domain, asked: Asked, wanted: Spacing, rules: Rules, max_nodes: int) -> Fitted:
+def fitted_to_boundary(
+    domain: Domain, asked: Asked, wanted: Spacing, rules: Rules, max_nodes: int, hidden: Floats
+) -> Fitted:
     """The spacing for a packing: finer at short edges, at tight curves and across narrow parts of the domain.
 
     What is short, tight or narrow is so beside the ``wanted`` spacing: the one that is asked for, or that in a metric
-    below it, whose sizes depend on the direction. LimitError if it needs more than so many nodes.
+    below it, whose sizes depend on the direction; edges below layers are ``hidden`` up to some length (p,) of each
+    piece. LimitError if it needs more than so many nodes.
     """
     cover, expected = asked.survey.cover, asked.survey.ideal_nodes
-    short, coarse = short_pieces(domain, wanted), coarse_curves(domain, wanted)
+    short, coarse = short_pieces(domain, wanted, hidden), coarse_curves(domain, wanted)
     for_packing = limited_for_packing_across_sides(domain, asked.after_periodic, short.joined(coarse))
     if for_packing.spacing is not asked.spacing:
         expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)

@@ -6,6 +6,9 @@ from functools import partial
 from math import inf
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.domain import RegionFile
@@ -28,6 +31,8 @@ from bubblemesh.process.limits import enter, timed
 from bubblemesh.spacing.rules.grading import Ground
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
+
+HIDDEN = 0.5  # first layers: shorter edges on a wall make nothing finer
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder
@@ -104,7 +109,7 @@ def check_spacing(
         asked = asked_spacing(domain, request, scale, task.max_nodes)
         metric = _metric(domain, asked, request, task, scale)
         wanted = asked.spacing if metric is None else metric.asked
-        fitted = fitted_to_boundary(domain, asked, wanted, request.rules, task.max_nodes)
+        fitted = fitted_to_boundary(domain, asked, wanted, request.rules, task.max_nodes, _hidden(domain, task))
         told = _told(domain, request, task, scale, asked, fitted)
     problem = Problem(
         task=task,
@@ -122,6 +127,16 @@ def check_spacing(
     )
     problem = problem if metric is None else _in_metric(problem, metric)
     return _beside_layers(problem, fitted.filled.spacing.ground, metric) if task.ladders else problem
+
+
+def _hidden(domain: Domain, task: Task) -> Floats:
+    """Length (p,) up to which edges of each piece of the boundary are hidden below layers: that of the first one."""
+    boundary, hidden = domain.boundary, np.zeros(len(domain.boundary.lengths))
+    for ladder in task.ladders:
+        numbers = [boundary.labels.index(label) for label in ladder.labels]
+        mine = np.isin(boundary.label, numbers)
+        hidden[mine] = np.maximum(hidden[mine], HIDDEN * ladder.first)
+    return hidden
 
 
 def _told(

@@ -394,6 +394,45 @@ def test_a_chamfer_takes_no_layers_away(cut):
     assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
 
 
+L_SHAPE = np.array([[1, 0.5], [2.5, 0.5], [2.5, 1], [1.8, 1], [1.8, 1.6], [1, 1.6]])
+
+
+def filleted(corners, radius, edges):
+    """A ring of straight sides whose corners are rounded off by so many edges."""
+    points = []
+    for before, corner, after in zip(np.roll(corners, 1, axis=0), corners, np.roll(corners, -1, axis=0), strict=True):
+        back, ahead = ((end - corner) / np.hypot(*(end - corner)) for end in (before, after))
+        center = corner + radius * (back + ahead)  # of right angles
+        begin, end = -ahead, -back
+        turn = np.pi / 2 * np.arange(edges + 1)[:, None] / edges
+        points.append(center + radius * (np.cos(turn) * begin + np.sin(turn) * end))
+    return np.concatenate(points).tolist()
+
+
+@pytest.mark.parametrize("edges", [1, 2, 5])
+@pytest.mark.parametrize("radius", [1e-5, 1e-3])
+@pytest.mark.parametrize("inside", [True, False])
+def test_fillets_far_smaller_than_the_first_layer_are_as_corners(radius, edges, inside):
+    """One column stands on all nodes of a concave one; convex ones have fans."""
+    ring = {"polygon": filleted(L_SHAPE, radius, edges), "label": "wall"}
+    domain = {"outer": ring} if inside else {"outer": {"rectangle": [0, 0, 4, 2], "label": "far"}, "holes": [ring]}
+    for more in ({}, {"cells": "quads"}):
+        result = run(domain, {"on": "wall", "first": 0.004, "count": 8, **more}, spacing=0.08)
+        row = row_of(result, "wall")
+        assert row["count"] == {"wanted": 8, "least": 8, "most": 8}
+        assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
+        assert row["first"]["least"] == pytest.approx(1)
+        assert not [text for text in result.report["warnings"] if "shorter than the spacing" in text]
+
+
+def test_a_column_on_several_nodes_goes_up_from_where_the_walls_would_meet():
+    ring = filleted(np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]), 1e-3, 3)
+    mesh = run({"outer": {"polygon": ring, "label": "wall"}}, {"on": "wall", **FIVE}).mesh
+    assert has_nodes(mesh, [(top, top) for top in TOPS])
+    wall = np.unique(mesh.facets)
+    assert (np.hypot(*mesh.points[wall].T) < 2e-3).sum() == 4
+
+
 @pytest.mark.parametrize("size", [0.004, 0.0051])
 def test_beside_a_place_too_fine_for_layers_there_are_fewer_ones_but_none_compressed(size):
     spacing = {"value": 0.1, "near": {"point": [2, 0], "size": size, "growth": 0.2}}

@@ -109,14 +109,19 @@ def halved(piece: Integers, begin: Floats, length: Floats) -> tuple[Integers, Fl
     return np.tile(piece, 2), np.append(begin, begin + length / 2), np.tile(length / 2, 2)
 
 
-def short_pieces(domain: Domain, spacing: Spacing) -> Sources:
-    """Sources at the ends of boundary pieces that are shorter than the spacing."""
+def short_pieces(domain: Domain, spacing: Spacing, hidden: Floats | None = None) -> Sources:
+    """Sources at the ends of boundary pieces that are shorter than the spacing.
+
+    Of each piece those not longer than a length (p,) are ``hidden``, and none.
+    """
     boundary = domain.boundary
     pieces = np.flatnonzero(~boundary.closed)
     ends = boundary.corners[np.column_stack([boundary.start, boundary.end])[pieces]]
     along = ends[:, 1] - ends[:, 0]
     d = np.minimum(*(spacing.towards(end, along) for end in (ends[:, 0], ends[:, 1]))) if len(pieces) else np.zeros(0)
     short = boundary.lengths[pieces] < SHORT * d
+    if hidden is not None:
+        short &= boundary.lengths[pieces] > hidden[pieces]
     sizes, rim = np.repeat([boundary.lengths[pieces[short]], ~boundary.inner[pieces[short]]], 2, axis=1)
     return Sources(ends[short].reshape(-1, 2), sizes, rim=rim.astype(bool))
 

@@ -1,0 +1,87 @@
+"""Pinches: at bends of edges far shorter than the first layer several columns are one above the wall.
+
+They are the counterpart of fans: one column stands on several nodes of the wall, as where chamfers and fillets of a
+drawing round a concave corner off.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers, components
+from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.directions import HIGHEST_STRETCH
+from bubblemesh.layers.walls import Walls, turned
+
+SHORT = 0.5  # edges, in terms of the first layer
+LEAST_TURN = np.radians(10)  # of the wall at such a bend
+FARTHEST = 5.0  # lengths of a bend to where the walls beside it would meet
+
+
+def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
+    """The columns, of which those that are free (c,) are one where they would meet below the first layer.
+
+    Such a column goes up from where the walls beside the bend would meet, as from a corner there.
+    """
+    pairs = _meeting(columns, free)
+    if not pairs.any():
+        return columns
+    group = components(columns.pair[pairs], len(columns))
+    at, up, owner, kept = columns.at.copy(), columns.up.copy(), columns.owner.copy(), pairs.copy()
+    before, after = (np.full(len(columns), -1) for _ in range(2))
+    before[columns.pair[~pairs & ~columns.fan, 1]] = columns.side[~pairs & ~columns.fan]
+    after[columns.pair[~pairs & ~columns.fan, 0]] = columns.side[~pairs & ~columns.fan]
+    for number in np.unique(group[columns.pair[pairs]]).tolist():
+        mine = np.flatnonzero(group == number)
+        corner = _corner(columns, walls, mine, before[mine].max(), after[mine].max())
+        if corner is None:
+            kept[pairs & (group[columns.pair[:, 0]] == number)] = False
+        else:
+            at[mine], up[mine] = corner
+            owner[mine] = mine[0]
+    twins = np.concatenate([columns.twins, columns.pair[kept]])
+    return replace(columns, at=at, foot_up=up, up=up, owner=owner, pinch=kept, twins=twins)
+
+
+def parting(columns: Columns) -> Booleans:
+    """Mask (c,) of the columns on such short edges that part, or go up side by side: they are a fan as they are."""
+    short, nearer, _ = _short(columns)
+    found = np.zeros(len(columns), bool)
+    found[columns.pair[short & columns.apart & ~(nearer > 0)]] = True
+    return found
+
+
+def _meeting(columns: Columns, free: Booleans) -> Booleans:
+    """Mask (p,) of the pairs on short edges whose columns meet below the first layer."""
+    short, nearer, first = _short(columns)
+    return np.asarray(short & free[columns.pair].all(axis=1) & (nearer > 0) & (columns.bare_widths < nearer * first))
+
+
+def _short(columns: Columns) -> tuple[Booleans, Floats, Floats]:
+    """Mask (p,) of pairs on short edges, how they come nearer for each unit of height, and heights of first layers."""
+    (i, j), width = columns.pair.T, columns.bare_widths
+    first = np.array([ladder.first for ladder in columns.ladders])[columns.ladder[i]]
+    short = ~columns.fan & (columns.ladder[i] == columns.ladder[j]) & (width < SHORT * first)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        nearer = -((columns.up[j] - columns.up[i]) * (columns.at[j] - columns.at[i])).sum(axis=1) / width
+    return short, nearer, first
+
+
+def _corner(columns: Columns, walls: Walls, mine: Integers, before: int, after: int) -> tuple[Floats, Floats] | None:
+    """Place (2,) where the sides beside a bend would meet, and the way up (2,) from there; None if that is no place."""
+    if before < 0 or after < 0:  # a ring of nothing but short edges
+        return None
+    first, last = walls.directions[before], walls.directions[after]
+    turn = float(np.arctan2(first[0] * last[1] - first[1] * last[0], first @ last))
+    if turn < LEAST_TURN:
+        return None
+    begin, end = walls.x[walls.ends[before, 1]], walls.x[walls.ends[after, 0]]
+    way = end - begin
+    share = (way[0] * last[1] - way[1] * last[0]) / np.sin(turn)
+    length = float(np.hypot(*(walls.x[columns.foot[mine]] - begin).T).max())
+    if not 0 <= share <= FARTHEST * length:
+        return None
+    angle = np.pi - turn
+    return begin + share * first, turned(last[None], np.array([angle / 2]))[0] * min(
+        1 / np.sin(angle / 2), HIGHEST_STRETCH
+    )
