@@ -32,6 +32,7 @@ class Columns:
     fan: Booleans  # (p,): whether both stand on one node
     twins: Integers  # (k, 2): columns that are equally high: on periodic sides that match, or with the same nodes
     owner: Integers  # (c,): column whose nodes above the wall it has: itself, or the first one at a bend of short edges
+    leader: Integers  # (c,): the first of the columns on the same short edges, itself elsewhere
     pinch: Booleans  # (p,): whether both have the same nodes above the wall
 
     def __len__(self) -> int:

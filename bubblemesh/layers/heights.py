@@ -93,8 +93,8 @@ def _spacing_at(columns: Columns, which: Integers, height: Floats, spacing: Spac
 
 
 def _widest(columns: Columns, height: float) -> Floats:
-    """Largest width (c,) at some height beside columns of the same foot or nodes, but for those in fans."""
-    at, foot = columns.places(np.arange(len(columns)), np.full(len(columns), height)), columns.foot[columns.owner]
+    """Largest width (c,) at some height beside columns of the same foot or bend, but for those in fans."""
+    at, foot = columns.places(np.arange(len(columns)), np.full(len(columns), height)), columns.foot[columns.leader]
     i, j = pair = columns.pair[columns.apart].T
     width, widest = np.hypot(*(at[j] - at[i]).T), np.zeros(columns.foot.max() + 1)
     for end in pair:

@@ -23,7 +23,7 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
 
     Such a column goes up from where the walls beside the bend would meet, as from a corner there.
     """
-    pairs = _meeting(columns, free)
+    columns, pairs = _bends(columns), _meeting(columns, free)
     if not pairs.any():
         return columns
     group = components(columns.pair[pairs], len(columns))
@@ -41,6 +41,12 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
             owner[mine] = mine[0]
     twins = np.concatenate([columns.twins, columns.pair[kept]])
     return replace(columns, at=at, foot_up=up, up=up, owner=owner, pinch=kept, twins=twins)
+
+
+def _bends(columns: Columns) -> Columns:
+    """The columns, of which those on the same short edges know the first one."""
+    group = components(columns.pair[_short(columns)[0]], len(columns))
+    return replace(columns, leader=np.unique(group, return_index=True)[1][group])
 
 
 def parting(columns: Columns) -> Booleans:

@@ -155,6 +155,7 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
         np.arange(len(pair)) >= layered.sum(),
         twins,
         np.arange(len(foot)),
+        np.arange(len(foot)),
         np.zeros(len(pair), bool),
     )
     free = (columns.follows < 0) & ~columns.ends

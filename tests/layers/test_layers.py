@@ -425,6 +425,16 @@ def test_fillets_far_smaller_than_the_first_layer_are_as_corners(radius, edges, 
         assert not [text for text in result.report["warnings"] if "shorter than the spacing" in text]
 
 
+@pytest.mark.parametrize("edges", [1, 2, 5])
+def test_layers_go_on_until_they_are_isotropic_beside_small_fillets(edges):
+    ring = {"polygon": filleted(L_SHAPE, 2e-3, edges), "label": "wall"}
+    domain = {"outer": {"rectangle": [0, 0, 4, 2], "label": "far"}, "holes": [ring]}
+    row = row_of(run(domain, {"on": "wall", "first": 0.006, "growth": 1.3, "until": "isotropic"}, spacing=0.08), "wall")
+    assert row["first"]["kept"] == 1
+    assert row["compressed"] == 1
+    assert row["count"]["least"] >= 7
+
+
 def test_a_column_on_several_nodes_goes_up_from_where_the_walls_would_meet():
     ring = filleted(np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]), 1e-3, 3)
     mesh = run({"outer": {"polygon": ring, "label": "wall"}}, {"on": "wall", **FIVE}).mesh
