@@ -40,8 +40,7 @@ class Columns:
 
     def places(self, which: Integers, height: Floats) -> Floats:
         """Places (k, 2) on columns (k,) at heights (k,) above the wall, if they follow no piece."""
-        first = np.array([ladder.first for ladder in self.ladders])[self.ladder[which]]
-        bent = np.clip((height - first) / self.bend[which], 0, 1)[:, None]
+        bent = np.clip((height - self.first[which]) / self.bend[which], 0, 1)[:, None]
         return self.at[which] + height[:, None] * ((1 - bent) * self.foot_up[which] + bent * self.up[which])
 
     @property
@@ -66,6 +65,11 @@ class Columns:
         return np.array([ladder.thickness_below(self.spacing) for ladder in self.ladders])[
             self.ladder, np.arange(len(self))
         ]
+
+    @property
+    def first(self) -> Floats:
+        """Height (c,) of the first layer that is asked for."""
+        return np.array([ladder.first for ladder in self.ladders])[self.ladder]
 
     @property
     def wanted(self) -> Integers:

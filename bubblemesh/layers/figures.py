@@ -193,7 +193,7 @@ def _first_layer(strips: Strips, wanted: float, pairs: Integers) -> tuple[Floats
     found, angles = np.zeros((len(pairs), 2)), list[Floats]()
     for end, (column, way) in enumerate(((i, base), (j, -base))):
         some = strips.heights.count[column] > 0
-        step = strips.x[strips.node(column[some], np.ones(int(some.sum()), np.int64))] - columns.at[column[some]]
+        step = strips.x[strips.node(column[some], np.ones_like(column[some]))] - columns.at[column[some]]
         found[some, end] = (step * up[some]).sum(axis=1)
         cosine = (step * way[some]).sum(axis=1) / (np.hypot(*step.T) * length[some])
         angles.append(90 - np.abs(np.degrees(np.arcsin(np.clip(cosine, -1, 1)))))

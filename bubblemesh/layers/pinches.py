@@ -29,8 +29,8 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
     group = components(columns.pair[pairs], len(columns))
     at, up, owner, kept = columns.at.copy(), columns.up.copy(), columns.owner.copy(), pairs.copy()
     before, after = (np.full(len(columns), -1) for _ in range(2))
-    before[columns.pair[~pairs & ~columns.fan, 1]] = columns.side[~pairs & ~columns.fan]
-    after[columns.pair[~pairs & ~columns.fan, 0]] = columns.side[~pairs & ~columns.fan]
+    beside = ~pairs & ~columns.fan
+    after[columns.pair[beside, 0]] = before[columns.pair[beside, 1]] = columns.side[beside]
     for number in np.unique(group[columns.pair[pairs]]).tolist():
         mine = np.flatnonzero(group == number)
         corner = _corner(columns, walls, mine, before[mine].max(), after[mine].max())
@@ -66,7 +66,7 @@ def _meeting(columns: Columns, free: Booleans) -> Booleans:
 def _short(columns: Columns) -> tuple[Booleans, Floats, Floats]:
     """Mask (p,) of pairs on short edges, how they come nearer for each unit of height, and heights of first layers."""
     (i, j), width = columns.pair.T, columns.bare_widths
-    first = np.array([ladder.first for ladder in columns.ladders])[columns.ladder[i]]
+    first = columns.first[i]
     short = ~columns.fan & (columns.ladder[i] == columns.ladder[j]) & (width < SHORT * first)
     with np.errstate(divide="ignore", invalid="ignore"):
         nearer = -((columns.up[j] - columns.up[i]) * (columns.at[j] - columns.at[i])).sum(axis=1) / width
@@ -87,7 +87,6 @@ def _corner(columns: Columns, walls: Walls, mine: Integers, before: int, after: 
     length = float(np.hypot(*(walls.x[columns.foot[mine]] - begin).T).max())
     if not 0 <= share <= FARTHEST * length:
         return None
-    angle = np.pi - turn
-    return begin + share * first, turned(last[None], np.array([angle / 2]))[0] * min(
-        1 / np.sin(angle / 2), HIGHEST_STRETCH
-    )
+    half = (np.pi - turn) / 2
+    up = turned(last[None], np.array([half]))[0] * min(1 / np.sin(half), HIGHEST_STRETCH)
+    return begin + share * first, up

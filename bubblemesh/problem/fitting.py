@@ -56,7 +56,7 @@ def asked_spacing(domain: Domain, request: SpacingRequest, scale: float | None, 
 
 
 def fitted_to_boundary(
-    domain: Domain, asked: Asked, wanted: Spacing, rules: Rules, max_nodes: int, hidden: Floats
+    domain: Domain, asked: Asked, wanted: Spacing, rules: Rules, max_nodes: int, hidden: Floats | None
 ) -> Fitted:
     """The spacing for a packing: finer at short edges, at tight curves and across narrow parts of the domain.
 

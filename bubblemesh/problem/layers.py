@@ -4,12 +4,16 @@ import math
 import sys
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
+from bubblemesh.arrays import Floats
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.layers import LayerKeys
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import Ladder, count_of, first_of, growth_of
 from bubblemesh.layers.layered import layered
+from bubblemesh.layers.pinches import SHORT
 from bubblemesh.layers.rest import Rest
 from bubblemesh.messages import meant
 from bubblemesh.spacing.rules.grading import Ground, LimitedSpacing
@@ -55,6 +59,15 @@ def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
                     raise CaseError(f"the sides {pair[0]!r} and {pair[1]!r} match: name both, or none")
             taken |= {(label, keys.region): number for label in labels}
         yield _ladder(keys, Key(["layers", number]), domain)
+
+
+def hidden_below(domain: Domain, ladders: Sequence[Ladder]) -> Floats:
+    """Length (p,) up to which edges of each piece of the boundary are hidden below layers, and make nothing finer."""
+    boundary, hidden = domain.boundary, np.zeros(len(domain.boundary.lengths))
+    for ladder in ladders:
+        mine = np.isin(boundary.label, [boundary.labels.index(label) for label in ladder.labels])
+        hidden[mine] = np.maximum(hidden[mine], SHORT * ladder.first)
+    return hidden
 
 
 def with_layers(

@@ -6,8 +6,6 @@ from functools import partial
 from math import inf
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
@@ -31,8 +29,6 @@ from bubblemesh.process.limits import enter, timed
 from bubblemesh.spacing.rules.grading import Ground
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
-
-HIDDEN = 0.5  # first layers: shorter edges on a wall make nothing finer
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder
@@ -129,14 +125,14 @@ def check_spacing(
     return _beside_layers(problem, fitted.filled.spacing.ground, metric) if task.ladders else problem
 
 
-def _hidden(domain: Domain, task: Task) -> Floats:
-    """Length (p,) up to which edges of each piece of the boundary are hidden below layers: that of the first one."""
-    boundary, hidden = domain.boundary, np.zeros(len(domain.boundary.lengths))
-    for ladder in task.ladders:
-        numbers = [boundary.labels.index(label) for label in ladder.labels]
-        mine = np.isin(boundary.label, numbers)
-        hidden[mine] = np.maximum(hidden[mine], HIDDEN * ladder.first)
-    return hidden
+def _hidden(domain: Domain, task: Task) -> Floats | None:
+    """Length (p,) up to which edges of each piece of the boundary are hidden below layers, if there are any."""
+    if not task.ladders:
+        return None
+    # Imported here since few cases have layers.
+    from bubblemesh.problem.layers import hidden_below
+
+    return hidden_below(domain, task.ladders)
 
 
 def _told(

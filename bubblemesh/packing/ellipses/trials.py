@@ -47,7 +47,7 @@ class Tried:
     came: int = 0  # bubbles that have come, those that have left again too
 
     def within(self, net: Net, spacing: MetricSpacing) -> EllipseNet:
-        """These bubbles within the boundary of a net, with the tensors of a spacing."""
+        """The bubbles as tried so far, within the boundary of a net, with the tensors of a spacing."""
         fixed, tensors = net.bubbles.boundary_count, spacing.at(self.x)
         shell, d = net.bubbles.select(np.arange(fixed)), area_sizes(tensors)
         bubbles, (edges, _) = shell.append(self.x[fixed:], d[fixed:]), unique_edges(self.triangles)
