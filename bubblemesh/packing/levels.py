@@ -7,7 +7,7 @@ import numpy as np
 from annotated_types import Gt
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import along_hilbert_curve
@@ -22,6 +22,7 @@ from bubblemesh.spacing.rules.gap_sources import GapSources
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, gradient_limited
 from bubblemesh.spacing.rules.sources import coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.terms.combination import Combination
 
 SAMPLE = 4.0  # spacings: the gradient is taken over cells of that size
 STEEP_PART = 0.95  # of the bubbles may be where the spacing is too steep for a coarse level
@@ -78,11 +79,7 @@ def steepness(cells: Leaves, spacing: Spacing) -> float:
 
 def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
     """The spacing times ``factor``, but finer where the boundary bends, has corners or is near to itself."""
-
-    def enlarged(x: Floats, y: Floats) -> Floats:
-        return factor * spacing.function(x, y)
-
-    loose = Spacing(enlarged, factor * spacing.floor)
+    loose = Spacing(Combination((spacing,), factor), factor * spacing.floor)
     limits = short_pieces(domain, loose).joined(coarse_curves(domain, loose))
     narrow = GapSources(ACROSS, STEEPEST_GROWTH, spacing)(domain, loose)
     limited = gradient_limited(domain, loose, STEEPEST_GROWTH, limits.joined(narrow)).spacing

@@ -4,15 +4,16 @@ They are those of interval arithmetic (R. E. Moore, "Interval analysis", 1966), 
 off as their box is large, and never too narrow but for rounding.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import reduce
 from typing import Any, Protocol, Self, runtime_checkable
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.records import record
 
-NONE = np.zeros(())  # slope of a constant
+NONE = np.zeros((3, 1))  # slopes of a constant
 
 
 class NoBoundsError(Exception):
@@ -28,33 +29,49 @@ class Bounds:
 
     low: Floats  # (n,): least value
     high: Floats  # (n,): largest value
-    along_x: Floats  # (n,): largest size of the slope in the direction of x
-    along_y: Floats  # (n,)
+    slopes: Floats  # (3, n): largest sizes of the slope in the direction of x, in that of y, and in any
 
     @classmethod
     def of(cls, value: "Bounds | Any") -> "Bounds":
         """Bounds of bounds, or of a constant."""
-        return value if isinstance(value, Bounds) else cls(value, value, NONE, NONE)
+        return value if isinstance(value, Bounds) else cls(value, value, NONE)
 
     @classmethod
     def of_coordinates(cls, low: Floats, high: Floats) -> tuple[Self, Self]:
         """Bounds of x and of y within boxes between corners low (n, 2) and high (n, 2)."""
         one, none = np.ones(len(low)), np.zeros(len(low))
-        return cls(low[:, 0], high[:, 0], one, none), cls(low[:, 1], high[:, 1], none, one)
+        of_x, of_y = np.stack([one, none, one]), np.stack([none, one, one])
+        return cls(low[:, 0], high[:, 0], of_x), cls(low[:, 1], high[:, 1], of_y)
+
+    @classmethod
+    def of_distance(cls, distance: Callable[[Floats], Floats], x: "Bounds", y: "Bounds") -> "Bounds":
+        """Bounds of the distances (n,) of points (n, 2) from something, at x and y within boxes.
+
+        From a point to another one a distance changes by no more than the way between them.
+        """
+        low, high = np.column_stack([x.low, y.low]), np.column_stack([x.high, y.high])
+        middle, way = distance((low + high) / 2), np.hypot(*(high - low).T) / 2
+        return cls(np.maximum(middle - way, 0.0), middle + way, np.ones((3, len(low))))
 
     @property
     def steepest(self) -> Floats:
         """Largest growth (n,) per length, in any direction."""
-        return np.asarray(np.hypot(self.along_x, self.along_y))
+        along_x, along_y, along_any = self.slopes
+        return np.asarray(np.minimum(np.hypot(along_x, along_y), along_any))
 
     @property
     def size(self) -> Floats:
         """Largest size (n,) of a value."""
         return np.asarray(np.maximum(np.abs(self.low), np.abs(self.high)))
 
+    def only_where(self, known: Booleans) -> "Bounds":
+        """These bounds in the boxes (n,) where they are known, and infinite ones elsewhere."""
+        low, high = np.where(known, self.low, -np.inf), np.where(known, self.high, np.inf)
+        return Bounds(low, high, np.where(known, self.slopes, np.inf))
+
     def mapped(self, low: Floats, high: Floats, slope: Floats | float) -> "Bounds":
         """Bounds of a function of this one, whose values are between two and whose slope has at most some size."""
-        return Bounds(low, high, slope * self.along_x, slope * self.along_y)
+        return Bounds(low, high, slope * self.slopes)
 
     def increasing(self, function: Callable[[Floats], Floats], slope: Floats | float) -> "Bounds":
         """Bounds of a function that increases with this one."""
@@ -73,11 +90,10 @@ class Bounds:
 
     def _known(self) -> "Bounds":
         """The bounds with infinite ones where one is no number, so that no rule compares what is none."""
-        if not np.isnan(self.low + self.high + self.along_x + self.along_y).any():
+        if not np.isnan(self.low + self.high + self.slopes).any():
             return self
-        none = np.isnan(self.low) | np.isnan(self.high)
-        low, high = np.where(none, -np.inf, self.low), np.where(none, np.inf, self.high)
-        return Bounds(low, high, *(np.where(none | np.isnan(one), np.inf, one) for one in (self.along_x, self.along_y)))
+        slopes = np.where(np.isnan(self.slopes), np.inf, self.slopes)
+        return Bounds(self.low, self.high, slopes).only_where(~(np.isnan(self.low) | np.isnan(self.high)))
 
 
 @runtime_checkable
@@ -88,8 +104,18 @@ class Bounded(Protocol):
         """Bounds within boxes between corners low (n, 2) and high (n, 2); None if nothing is known."""
 
 
+def bounds_of(function: object, low: Floats, high: Floats) -> Bounds | None:
+    """Bounds of a function of x and y within boxes between corners low (n, 2) and high (n, 2), if any are known."""
+    return function.bounds_within(low, high) if isinstance(function, Bounded) else None
+
+
+def least_of(some: Sequence[Bounds]) -> Bounds:
+    """Bounds of the least of several functions."""
+    return reduce(_least, some)
+
+
 def _sum(a: Bounds, b: Bounds) -> Bounds:
-    return Bounds(a.low + b.low, a.high + b.high, a.along_x + b.along_x, a.along_y + b.along_y)
+    return Bounds(a.low + b.low, a.high + b.high, a.slopes + b.slopes)
 
 
 def _negative(a: Bounds) -> Bounds:
@@ -99,7 +125,7 @@ def _negative(a: Bounds) -> Bounds:
 def _product(a: Bounds, b: Bounds) -> Bounds:
     ends = np.stack(np.broadcast_arrays(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high))
     low, high = ends.min(axis=0), ends.max(axis=0)
-    return Bounds(low, high, b.size * a.along_x + a.size * b.along_x, b.size * a.along_y + a.size * b.along_y)
+    return Bounds(low, high, b.size * a.slopes + a.size * b.slopes)
 
 
 def _inverse(a: Bounds) -> Bounds:
@@ -113,11 +139,8 @@ def _absolute(a: Bounds) -> Bounds:
 
 def _least(a: Bounds, b: Bounds) -> Bounds:
     first, second = a.low <= b.high, b.low <= a.high  # whether each may be the smaller one
-    x, y = (
-        np.maximum(np.where(first, mine, 0.0), np.where(second, other, 0.0))
-        for mine, other in ((a.along_x, b.along_x), (a.along_y, b.along_y))
-    )
-    return Bounds(np.minimum(a.low, b.low), np.minimum(a.high, b.high), x, y)
+    slopes = np.maximum(np.where(first, a.slopes, 0.0), np.where(second, b.slopes, 0.0))
+    return Bounds(np.minimum(a.low, b.low), np.minimum(a.high, b.high), slopes)
 
 
 def _largest(a: Bounds, b: Bounds) -> Bounds:
@@ -143,8 +166,7 @@ def _hypot(a: Bounds, b: Bounds) -> Bounds:
     low, high = np.hypot(a.low, b.low), np.hypot(a.high, b.high)
     # The parts of a unit vector, which are at most 1.
     first, second = (np.where(part.high < low, part.high / low, 1.0) for part in (a, b))
-    x, y = first * a.along_x + second * b.along_x, first * a.along_y + second * b.along_y
-    return Bounds(low, high, x, y)
+    return Bounds(low, high, first * a.slopes + second * b.slopes)
 
 
 def _root(a: Bounds) -> Bounds:

@@ -345,7 +345,9 @@ def _unknown_raster(x: Floats, y: Floats) -> Floats:
 
 
 def _of_points(distance: "Distance") -> Evaluate:
-    def evaluate(x: Floats, y: Floats) -> Floats:
+    def evaluate(x: Floats, y: Floats) -> Any:
+        if isinstance(x, Bounds) and isinstance(y, Bounds):
+            return Bounds.of_distance(distance, x, y)
         x, y = np.broadcast_arrays(x, y)
         return distance(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
 

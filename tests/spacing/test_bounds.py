@@ -5,6 +5,9 @@ import pytest
 
 from bubblemesh.spacing.bounds import RULES
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.terms.combination import Combination
+from bubblemesh.spacing.terms.near import Proximities, Proximity
 
 # For each rule an expression that is made of it, where it has bounds and where it has none.
 EXPRESSIONS = {
@@ -93,13 +96,57 @@ def test_a_constant_has_no_slope():
     assert (found.low, found.high, found.steepest) == (0.2, 0.2, 0.0)
 
 
-def test_distances_and_rasters_have_no_bounds():
-    def measured(points):
-        return points[:, 0]
-
-    measured.costly = False
-    expression = Expression.parse("0.1 + distance() + raster.depth").measuring(
-        lambda labels: measured, {"depth": lambda x, y: x + y}
+def test_rasters_have_no_bounds():
+    expression = Expression.parse("0.1 + raster.depth").measuring(
+        lambda labels: around_origin, {"depth": lambda x, y: x + y}
     )
     assert expression.bounds_within(*boxes(3)) is None
-    assert Expression.parse("0.1 + distance()", None, lambda labels: measured).bounds_within(*boxes(3)) is None
+
+
+def around_origin(points):
+    """Distances from a circle of radius 0.5."""
+    return np.abs(np.hypot(*points.T) - 0.5)
+
+
+around_origin.costly = False
+FINE, COARSE = Proximity(around_origin, 0.02, 0.3, until=0.1), Proximity(around_origin, 0.01, 0.9)
+ON_ITS_OWN = Expression.parse("0.3 + 0.1*x")
+OF_DISTANCES = {
+    "in an expression": Expression.parse("min(0.1 + 0.3*distance(), 0.4)", None, lambda labels: around_origin),
+    "one term": FINE,
+    "terms": Proximities((FINE, COARSE)),
+    "limits": Combination((Spacing(FINE), Spacing(ON_ITS_OWN)), 1.3, minimum=0.05, maximum=0.3),
+    "negative": Combination((Spacing(Expression.parse("0.2 + x")), Spacing(COARSE)), minimum=0.1),
+}
+
+
+@pytest.mark.parametrize("function", OF_DISTANCES.values(), ids=OF_DISTANCES)
+def test_no_sample_is_beyond_bounds_of_distances(function):
+    low, high = boxes(400)
+    found = function.bounds_within(low, high)
+    places = low[:, None] + np.random.default_rng(5).uniform(0, 1, (400, 200, 2)) * (high - low)[:, None]
+    values = function(*places.reshape(-1, 2).T).reshape(400, 200)
+    rounding = 1e-12
+    assert (values.min(axis=1) >= found.low - rounding).all()
+    assert (values.max(axis=1) <= found.high + rounding).all()
+    away = np.hypot(*np.diff(places, axis=1).transpose(2, 0, 1))
+    risen = np.abs(np.diff(values, axis=1)) / away
+    assert (risen.max(axis=1) <= found.steepest * (1 + 1e-9) + rounding / away.min(axis=1)).all()
+
+
+def test_a_distance_grows_by_the_way_and_no_more():
+    assert Expression.parse("0.1 + 0.3*distance()", None, lambda labels: around_origin).bounds_within(
+        *boxes(50)
+    ).steepest == pytest.approx(0.3)
+    assert COARSE.bounds_within(*boxes(50)).steepest == pytest.approx(0.9)
+
+
+def test_limits_say_nothing_where_there_may_be_no_spacing():
+    low = np.array([[-1.0, 0.0], [0.1, 0.0]])
+    found = OF_DISTANCES["negative"].bounds_within(low, low + 0.5)
+    assert np.isinf(found.steepest).tolist() == [True, False]
+    assert found.low[0] == -np.inf
+
+
+def test_a_combination_with_a_term_of_no_bounds_has_none():
+    assert Combination((Spacing(FINE), Spacing(lambda x, y: x))).bounds_within(*boxes(3)) is None

@@ -8,7 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, largest_of_rows, least_of_rows, members, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import ranks
-from bubblemesh.spacing.bounds import Bounded
+from bubblemesh.spacing.bounds import bounds_of
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import GRID_LEVELS, Quadtree
 from bubblemesh.spacing.rules.sources import Sources
@@ -94,14 +94,12 @@ def surely_slow(domain: Domain, spacing: Spacing, growth: float) -> bool:
     Bounds of its function tell that of large cells. Only cells that have none, as around the root of zero, are divided
     until they resolve the spacing and their samples tell.
     """
-    function, front = spacing.function, unresolved(domain, spacing)
-    if not isinstance(function, Bounded):
-        return False
+    front = unresolved(domain, spacing)
     values = partial(_of_quarters, spacing=spacing)
     for _ in range(GRID_LEVELS + 1):
         grid = front.grid
         low = grid.centers - grid.sides[:, None] / 2
-        bounds = function.bounds_within(low, low + grid.sides[:, None])
+        bounds = bounds_of(spacing.function, low, low + grid.sides[:, None])
         if bounds is None:
             return False
         unsure = front.inside & ~(bounds.steepest <= growth)

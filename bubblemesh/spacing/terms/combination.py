@@ -1,12 +1,14 @@
 """The smallest of several terms, scaled and kept within limits."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
 from bubblemesh.records import record
+from bubblemesh.spacing.bounds import Bounds, bounds_of, least_of
 from bubblemesh.spacing.spacing import Spacing
 
 MINIMUM, MAXIMUM = Key(["spacing", "minimum"]), Key(["spacing", "maximum"])
@@ -46,6 +48,17 @@ class Combination:
             # Limits must not make a spacing of what is none.
             limited = np.clip(self.scale * smallest, self.minimum, self.maximum)
         return np.where(smallest > 0, limited, smallest)
+
+    def bounds_within(self, low: Floats, high: Floats) -> Bounds | None:
+        """Bounds within boxes between corners low (n, 2) and high (n, 2); None if a term has none."""
+        known = [bounds_of(term.function, low, high) for term in self.terms]
+        found = [bounds for bounds in known if bounds is not None]
+        if len(found) < len(self.terms):
+            return None
+        with np.errstate(all="ignore"):
+            smallest = least_of(found)
+            limited: Any = np.minimum(np.maximum(np.multiply(self.scale, smallest), self.minimum), self.maximum)
+        return limited.only_where(smallest.low > 0)  # limits do not hold for what is no spacing
 
     def keys(self, points: Floats) -> list[Key]:
         """Keys (n) of what sets the value at points (n, 2): the first term that has it, or a limit."""

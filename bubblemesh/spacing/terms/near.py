@@ -1,11 +1,14 @@
 """Spacing that is fine near something and grows with the distance from it."""
 
+from typing import Any
+
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.distance.distances import Distance
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.records import record
+from bubblemesh.spacing.bounds import Bounds, least_of
 
 NEAR_GROWTH = 0.2  # of the spacing per length, where the case gives none
 TOGETHER = 32  # points that are asked together which terms are in question
@@ -32,7 +35,17 @@ class Proximity:
 
     def at(self, points: Floats) -> Floats:
         """Values (m,) at points (m, 2)."""
-        return self.size + self.growth * np.maximum(self.distance(points) - self.until, 0)
+        values: Floats = self._of(self.distance(points))
+        return values
+
+    def bounds_within(self, low: Floats, high: Floats) -> Bounds:
+        """Bounds within boxes between corners low (n, 2) and high (n, 2)."""
+        bounds: Bounds = self._of(Bounds.of_distance(self.distance, *Bounds.of_coordinates(low, high)))
+        return bounds
+
+    def _of(self, distance: Any) -> Any:
+        """Values at distances, or their bounds."""
+        return np.add(self.size, np.multiply(self.growth, np.maximum(np.subtract(distance, self.until), 0)))
 
 
 @record
@@ -64,3 +77,7 @@ class Proximities:
             mine = order[np.repeat(blocks, count)]
             values[mine] = np.minimum(values[mine], term.at(points[mine]))
         return values
+
+    def bounds_within(self, low: Floats, high: Floats) -> Bounds:
+        """Bounds within boxes between corners low (n, 2) and high (n, 2)."""
+        return least_of([term.bounds_within(low, high) for term in self.terms])

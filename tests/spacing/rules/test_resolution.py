@@ -21,6 +21,8 @@ from bubblemesh.spacing.rules.resolution import (
 )
 from bubblemesh.spacing.rules.sources import Sources, short_intervals
 from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.terms.combination import Combination
+from bubblemesh.spacing.terms.near import Proximity
 
 RECTANGLE = rings.rectangle(0, 0, 2, 1)
 
@@ -114,6 +116,22 @@ def test_few_places_tell_that_a_spacing_grows_slowly_however_fine_it_is(h):
     asked.clear()
     assert surely_slow(domain, Spacing(Counted.parse(AROUND_A_CIRCLE, {"h": h})), 0.4)
     assert sum(asked) < 20_000
+
+
+def test_few_places_tell_that_distances_grow_slowly():
+    domain = Domain.of(rings.rectangle(-1, -1, 1, 1))
+
+    def distance(points):
+        asked.append(len(points))
+        return domain.distances(points)
+
+    distance.costly = False
+    asked.clear()
+    by_text = Counted.parse("0.0001 + 0.3*distance()", None, lambda labels: distance)
+    near = Combination((Spacing(by_text), Spacing(Proximity(distance, 0.0001, 0.4))), maximum=0.1)
+    for function in (by_text, near):
+        assert surely_slow(domain, Spacing(function), 0.4)
+    assert sum(asked) < 100
 
 
 @pytest.mark.parametrize(
