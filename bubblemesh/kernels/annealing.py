@@ -31,6 +31,7 @@ class Links(NamedTuple):
     edges: Integers  # (m, 2)
     twins: ShortIntegers | None  # (t, 3): as of `linking.Legal`, if they are known
     facets: Integers  # (b, 2): edges that stay
+    start: Floats  # (n, 2): places of the bubbles when they were connected
 
 
 class Acting(NamedTuple):
@@ -46,21 +47,23 @@ class Annealed(NamedTuple):
 
     x: Floats  # (n, 2): places
     legal: Legal | None  # None where the places are those of one displacement more, which flips cannot connect
+    connected_at: Floats  # (n, 2): places for which flips made it
     speeds: Floats  # (cycles, steps): mean speeds
 
 
 def annealed(compiled: Library, x: Floats, links: Links, acting: Acting, steps: Steps, cycles: Cycles) -> Annealed:
     """Bubbles after cycles of annealing from x (n, 2), each with its steps: all of them, or those that flips do for."""
-    places, speeds, done = np.array(x, order="C"), np.empty_like(steps.c), np.empty(1, np.int64)
+    places, start = np.array(x, order="C"), np.array(links.start, order="C")
+    speeds, done = np.empty_like(steps.c), np.empty(1, np.int64)
     triangles, edges, count = np.array(links.triangles, order="C"), *room_of_edges(links.triangles)
     twins = np.empty(triangles.shape, np.int32) if links.twins is None else links.twins.copy()
     edges[: len(links.edges)] = links.edges
     net = len(x), len(triangles), triangles, len(links.edges), edges, int(links.twins is not None), twins
     facets = len(links.facets), np.ascontiguousarray(links.facets)
     fixed, most, dt, c = steps
-    moving = places, fixed, cycles.calm, *acting, most, dt, c.shape[1], c
+    moving = start, places, fixed, cycles.calm, *acting, most, dt, c.shape[1], c
     displacing = len(c), cycles.inside, cycles.beside, cycles.seed, cycles.first
     compiled.call("anneal", *net, *facets, *moving, *displacing, speeds, count, done)
     if done[0] < len(c):
-        return Annealed(places, None, speeds[: done[0]])
-    return Annealed(places, Legal(triangles, shortened(edges, count), twins), speeds)
+        return Annealed(places, None, start, speeds[: done[0]])
+    return Annealed(places, Legal(triangles, shortened(edges, count), twins), start, speeds)

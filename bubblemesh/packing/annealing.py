@@ -194,9 +194,10 @@ class Shaker:
         assert isinstance(motion, SemiImplicitEuler)
         of_each = np.array(damping(range(self.steps), bubbles.touched), float)
         viscosities = np.tile(of_each, (len(cycles.inside), 1))
-        links = Links(net.triangles, net.edges, None if net.legal is None else net.legal.twins, net.facets)
+        twins = None if net.legal is None else net.legal.twins
+        links = Links(net.triangles, net.edges, twins, net.facets, net.start)
         acting = Acting(bubbles.d, force.strength(bubbles.d), CUTOFF)
-        x, legal, speeds = annealed(
+        x, legal, connected_at, speeds = annealed(
             compiled, bubbles.x, links, acting, euler_steps(bubbles, motion, viscosities), cycles
         )
         for _ in speeds[1:]:
@@ -204,7 +205,7 @@ class Shaker:
         moved = bubbles.moved(x)
         done = Relaxed(moved, 0, 0, speeds.ravel(), len(x) * speeds.size)
         if legal is not None:
-            return net.by(legal, moved), done, len(speeds)
+            return net.by(legal, moved, connected_at), done, len(speeds)
         after, last = self._relaxed(moved)
         return after, done.followed_by(last), len(speeds) + 1
 

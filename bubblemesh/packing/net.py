@@ -28,14 +28,21 @@ class Net:
     triangles: Integers  # (t, 3): counter-clockwise
     edges: Integers  # (m, 2): every edge of a triangle once
     legal: Legal | None = field(default=None, compare=False)  # what flips made these triangles and edges, if they did
+    connected_at: Floats | None = field(default=None, compare=False)  # places (n, 2), if the bubbles have moved since
 
     def of(self, bubbles: Bubbles) -> "Net":
-        """Net with the same facets and triangles, of other bubbles."""
-        return Net(bubbles, self.facets, self.facet_piece, self.two_sided, self.triangles, self.edges, self.legal)
+        """Net with the same facets and triangles, of as many other bubbles, or of these at other places."""
+        return replace(self, bubbles=bubbles, connected_at=self.start)
 
-    def by(self, legal: Legal, bubbles: Bubbles) -> "Net":
-        """Net with the same facets, of as many bubbles that flips have connected."""
-        return Net(bubbles, self.facets, self.facet_piece, self.two_sided, legal.triangles, legal.edges, legal)
+    def by(self, legal: Legal, bubbles: Bubbles, connected_at: Floats | None = None) -> "Net":
+        """Net with the same facets, of as many bubbles that flips have connected where they are, or were."""
+        triangles, edges = legal.triangles, legal.edges
+        return replace(self, bubbles=bubbles, triangles=triangles, edges=edges, legal=legal, connected_at=connected_at)
+
+    @property
+    def start(self) -> Floats:
+        """Places (n, 2) of the bubbles when they were connected, from which flips go on."""
+        return self.bubbles.x if self.connected_at is None else self.connected_at
 
     @cached_property
     def valence(self) -> Integers:
@@ -124,9 +131,10 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
 
     With ``triangles`` (t, 3), as in `connect`, they may be other bubbles.
     """
-    moved = net.of(bubbles)
+    moved, count = net.of(bubbles), bubbles.boundary_count
     held = _same_on_boundary(net.bubbles, bubbles)
-    start = net.bubbles.x if held and triangles is None else bubbles.x
+    stays = held and triangles is None and np.array_equal(net.start[:count], bubbles.x[:count])
+    start = net.start if stays else bubbles.x
     found: Legal | None = None
     if triangles is None and net.legal is not None:
         found = legalised(net.triangles, start, bubbles.x, net.facets, net.legal)
@@ -153,7 +161,7 @@ def _all_within(triangles: Integers, bubbles: Bubbles) -> bool:
 
 def _triangulated(net: Net) -> Net:
     triangles, edges = linked(net.bubbles.x, net.facets, net.two_sided)
-    return replace(net, triangles=triangles, edges=edges, legal=None)
+    return replace(net, triangles=triangles, edges=edges, legal=None, connected_at=None)
 
 
 def _same_on_boundary(some: Bubbles, others: Bubbles) -> bool:
@@ -179,7 +187,8 @@ def connect_within(
         return net
     number = np.cumsum(kept) - 1
     renumbered = {name: number[getattr(net, name)] for name in ("facets", "triangles", "edges")}
-    return replace(net, bubbles=bubbles.select(np.flatnonzero(kept)), legal=None, **renumbered)
+    rest = bubbles.select(np.flatnonzero(kept))
+    return replace(net, bubbles=rest, legal=None, connected_at=None, **renumbered)
 
 
 def connect_inside(

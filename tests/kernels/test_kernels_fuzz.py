@@ -114,7 +114,8 @@ def test_any_bubbles_are_annealed_somehow(seed):
         sides = np.arange(triangles.size).reshape(-1, 3)
         twins[twins >= 0] = -1
         twins[0, 0], twins[-1, 2] = sides[-1, 2], sides[0, 0]
-    links = Links(triangles, edges, twins, np.sort(random.integers(0, n, (int(random.integers(0, 10)), 2)), axis=1))
+    facets = np.sort(random.integers(0, n, (int(random.integers(0, 10)), 2)), axis=1)
+    links = Links(triangles, edges, twins, facets, odd(random, (n, 2)))
     cycles, steps = int(random.integers(1, 6)), int(random.integers(1, 4))
     rules = Steps(int(random.integers(0, n)), np.abs(odd(random, n)), 0.5, odd(random, (cycles, steps)))
     acting = Acting(np.abs(odd(random, n)), odd(random, n), 1.5)

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from lattices import packed_hexagon, uniform
+from twins import needs_compiler
 
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
@@ -180,6 +181,30 @@ def test_reconnected_bubbles_have_the_edges_of_their_new_places():
     np.testing.assert_array_equal(found.edges, expected.edges)
     np.testing.assert_array_equal(found.triangles, expected.triangles)
     assert {frozenset(edge) for edge in found.edges.tolist()} != {frozenset(edge) for edge in net.edges.tolist()}
+
+
+@needs_compiler
+@pytest.mark.parametrize("move_again", [0.0, 0.2])
+def test_flips_go_on_from_where_bubbles_were_connected(monkeypatch, move_again):
+    domain, _, bubbles = packed_hexagon(4)
+    net, random = connect(bubbles, domain), np.random.default_rng(0)
+
+    def moved(some, most):
+        x = some.x.copy()
+        x[some.interior] += random.uniform(-most, most, x[some.interior].shape)
+        return replace(some, x=x)
+
+    turned_over = net.of(moved(bubbles, 0.6))
+    a, b, c = turned_over.bubbles.x[turned_over.triangles].transpose(1, 0, 2)
+    assert (np.linalg.det(np.stack([b - a, c - a], axis=1)) < 0).any()
+    now = moved(turned_over.bubbles, move_again)
+    monkeypatch.setattr(nets, "_triangulated", None)  # nothing is triangulated anew
+    found = reconnect(turned_over, now)
+    monkeypatch.undo()
+    expected = connect(now, domain)
+    assert (expected.valence > 0).all()
+    np.testing.assert_array_equal(found.triangles, expected.triangles)
+    assert found.start is now.x
 
 
 @pytest.mark.parametrize("name", DOMAINS)

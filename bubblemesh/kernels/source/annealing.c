@@ -18,7 +18,7 @@ typedef struct {
 
 /* Buffers that all cycles use. */
 typedef struct {
-    double *start, *v, *contact;
+    double *v, *contact;
     int32_t *ends;
     int32_t *valence;
     char *near;
@@ -71,6 +71,7 @@ static void catch_up(Mesh *mesh, int64_t *triangles)
 /* The net that bubbles have: its triangles, and its edges (m, 2) in order. */
 typedef struct {
     Mesh mesh;
+    double *start; /* (n, 2): places of the bubbles when it was connected last */
     int64_t *triangles; /* (t, 3): as they were when the edges were listed last */
     int64_t m, *edges;  /* with room for (3 t, 2) */
     int64_t *next;      /* (3 t, 2): where edges are listed next */
@@ -116,18 +117,16 @@ static int64_t finish(Net *net, int64_t *edges, int32_t *twins)
 
 static int make_room(Work *work, int64_t n, int64_t t)
 {
-    work->start = malloc((size_t)(2 * n + 1) * sizeof *work->start);
     work->v = malloc((size_t)(2 * n + 1) * sizeof *work->v);
     work->contact = malloc((size_t)(3 * t + 1) * sizeof *work->contact);
     work->ends = malloc((size_t)(6 * t + 1) * sizeof *work->ends);
     work->valence = malloc((size_t)(n + 1) * sizeof *work->valence);
     work->near = malloc((size_t)(n + 1));
-    return work->start && work->v && work->contact && work->ends && work->valence && work->near;
+    return work->v && work->contact && work->ends && work->valence && work->near;
 }
 
 static void leave_room(Work *work)
 {
-    free(work->start);
     free(work->v);
     free(work->contact);
     free(work->ends);
@@ -149,13 +148,14 @@ static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, 
 {
     const Motion motion = {bubbles->n, bubbles->fixed, bubbles->x, work->v, rules->most};
     int64_t status = DONE;
-    memcpy(work->start, bubbles->x, (size_t)(2 * bubbles->n) * sizeof *work->start);
     mark_disorder(bubbles->n, bubbles->fixed, net->m, work->ends, work->valence, work->near);
     displace(bubbles, work->near, chance, inside, beside);
     if (*outcome == DONE)
-        status = flip_all(&net->mesh, work->start, bubbles->x, outcome);
-    if (status == DONE && *outcome == DONE)
+        status = flip_all(&net->mesh, net->start, bubbles->x, outcome);
+    if (status == DONE && *outcome == DONE) {
+        memcpy(net->start, bubbles->x, (size_t)(2 * bubbles->n) * sizeof *net->start);
         status = list_anew(net, work->ends);
+    }
     if (status == DONE && *outcome == DONE) {
         const Pairs pairs = {bubbles->n, net->m, work->ends, work->contact, rules->strength, rules->cutoff};
         find_contacts(net->m, work->ends, bubbles->d, work->contact);
@@ -166,7 +166,7 @@ static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, 
 
 /* Cycles of annealing of bubbles at x (n, 2), of which the first ones are ``fixed`` and ``calm`` ones (n,) are not
    displaced, with triangles (t, 3) and edges (m, 2) within facets, and twins (t, 3) and all in order if they are
-   ``known``.
+   ``known``. They were connected when they were at start (n, 2), and in the end this is where they were last.
 
    Each cycle displaces by standard deviations of ``inside`` and ``beside`` (cycles,) the boundary, in spacings d (n,),
    and relaxes by so many steps, as `relax` does. Its random numbers are those of the seed and of its number, counted on
@@ -174,7 +174,7 @@ static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, 
    number of cycles; mean speeds (cycles, steps) come out. Where rounding decides after a displacement, or it inverts a
    triangle, there is no further cycle, and all but the places and the done ones' speeds is void. */
 KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64_t *edges, int64_t known,
-                      int32_t *twins, int64_t facet_count, const int64_t *facets, double *x, int64_t fixed,
+                      int32_t *twins, int64_t facet_count, const int64_t *facets, double *start, double *x, int64_t fixed,
                       const char *calm, const double *d, const double *strength, double cutoff, const double *most,
                       double dt, int64_t steps, const double *c, int64_t cycles, const double *inside,
                       const double *beside, int64_t seed, int64_t first, double *speeds, int64_t *count, int64_t *done)
@@ -182,8 +182,8 @@ KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64
     const Bubbles bubbles = {n, fixed, x, d, calm};
     const Rules rules = {strength, most, cutoff, dt, steps};
     int64_t *spare = malloc((size_t)(6 * t + 1) * sizeof *spare), k, cycle, outcome = DONE;
-    Net net = {{n, t, NULL, NULL, NULL}, triangles, m, edges, spare, known != 0, 0};
-    Work work = {NULL, NULL, NULL, NULL, NULL, NULL};
+    Net net = {{n, t, NULL, NULL, NULL}, start, triangles, m, edges, spare, known != 0, 0};
+    Work work = {NULL, NULL, NULL, NULL, NULL};
     int64_t status = take_with_twins(&net.mesh, triangles, known ? twins : NULL, facet_count, facets, &outcome);
     if (!make_room(&work, n, t) || !spare)
         status = NO_MEMORY;
