@@ -206,7 +206,7 @@ class Shaker:
         done = Relaxed(moved, 0, 0, speeds.ravel(), len(x) * speeds.size)
         if legal is not None:
             return net.by(legal, moved, connected_at), done, len(speeds)
-        after, last = self._relaxed(moved)
+        after, last = self._relaxed(moved, net)
         return after, done.followed_by(last), len(speeds) + 1
 
     def _relaxed(self, bubbles: Bubbles, before: Net | None = None) -> tuple[Net, Relaxed]:

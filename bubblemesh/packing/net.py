@@ -12,6 +12,7 @@ from bubblemesh.kernels.linking import Legal, legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.leaving import connected_without_lost
 from bubblemesh.packing.neighbours import next_to
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -143,7 +144,7 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
     # Flips do not see rims that cross each other on the outside, as they might do on their way, too.
     if found is not None and (held or moved.has_simple_rim):
         return net.by(found, bubbles)
-    return _triangulated(moved)
+    return (_without_lost(net, moved) if stays else None) or _triangulated(moved)
 
 
 def unconnected(bubbles: Bubbles, domain: Domain) -> Net:
@@ -157,6 +158,18 @@ def _all_within(triangles: Integers, bubbles: Bubbles) -> bool:
     within = np.zeros(len(bubbles), bool)
     within[triangles] = True
     return bool(within[bubbles.corners :].all())
+
+
+def _without_lost(before: Net, net: Net) -> Net | None:
+    """A net with bubbles outside, which belong to no triangle, by flips from the one before they left, if these do."""
+    if len(net.facets) == 0:
+        return None
+    ways = before.start, net.bubbles.x, before.triangles, before.edges
+    found = connected_without_lost(*ways, net.facets, net.facets[~net.two_sided])
+    if found is None:
+        return None
+    triangles, edges = found
+    return replace(net, triangles=triangles, edges=edges, legal=None, connected_at=None)
 
 
 def _triangulated(net: Net) -> Net:
