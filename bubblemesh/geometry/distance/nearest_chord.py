@@ -81,17 +81,18 @@ def nearest_in_numpy(runs: ChordRuns, points: Floats) -> Integers:
     return found
 
 
-def distance_at_least(runs: ChordRuns, points: Floats) -> Floats:
+def distance_at_least(runs: ChordRuns, points: Floats, along_curve: bool = False) -> Floats:
     """Lower bounds (m,) of the distances of points (m, 2) from all chords, much quicker than the distances.
 
-    They are close for points whose neighbours, among the others, are much nearer to them than the chords.
+    They are close for points whose neighbours, among the others, are much nearer to them than the chords. Those that
+    come ``along_curve`` follow their neighbours as it is; others are put in such an order.
     """
     bounds = np.zeros(len(points))
     if len(points) == 0:
         return bounds
-    order = along_hilbert_curve(points)
+    order = np.arange(len(points)) if along_curve else along_hilbert_curve(points)
     begin = np.arange(0, len(points), TOGETHER)
-    middle, away = _middles(taken(points, order), begin)
+    middle, away = _middles(points if along_curve else taken(points, order), begin)
     foot = runs.feet(middle, nearest_chord(runs, middle))[1]
     distance = np.hypot(*(middle - foot).T) / SLACK - 2 * runs.margin
     bounds[order] = np.maximum(np.repeat(distance, np.diff(begin, append=len(points))) - away, 0)

@@ -134,7 +134,7 @@ def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Flo
 
 
 def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats) -> Floats:
-    """Distances (n,) of points (n, 2) to facets and embedded points not much farther than half of d (n,), else inf."""
+    """Distances (n,) of points (n, 2) to facets and embedded points, infinite beyond d (n,), as of `NearLines`."""
     return near_facets(shell, domain)(points, d)
 
 
@@ -157,9 +157,9 @@ class NearLines:
         return cls(ChordRuns.of(ends[:, 0], ends[:, 1]))
 
     def __call__(self, points: Floats, d: Floats) -> Floats:
-        """Distances (n,) of points (n, 2), infinite beyond d (n,)."""
+        """Distances (n,) of points (n, 2) along a Hilbert curve or another one like it, infinite beyond d (n,)."""
         result = np.full(len(points), np.inf)
-        near = np.flatnonzero(distance_at_least(self.runs, points) <= d)
+        near = np.flatnonzero(distance_at_least(self.runs, points, along_curve=True) <= d)
         some = taken(points, near)
         foot = self.runs.feet(some, nearest_chord(self.runs, some))[1]
         distance = np.hypot(*(some - foot).T)
