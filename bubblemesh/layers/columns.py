@@ -8,6 +8,8 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.records import record
 
+LEAST_BEND = 1e-3  # by which columns come nearer for each unit of height: less is a straight wall
+
 
 @record
 class Columns:
@@ -53,6 +55,15 @@ class Columns:
         """Mask (c,) of the columns that have nodes in common with others."""
         found = np.zeros(len(self), bool)
         found[self.pair[self.pinch]] = True
+        return found
+
+    @property
+    def are_in_hollows(self) -> Booleans:
+        """Mask (c,) of the columns that come nearer to each other, on edges far shorter than the first layer."""
+        i, j = self.pair.T
+        nearer = -((self.foot_up[j] - self.foot_up[i]) * (self.at[j] - self.at[i])).sum(axis=1)
+        found = np.zeros(len(self), bool)
+        found[self.pair[(self.leader[i] == self.leader[j]) & (nearer > LEAST_BEND * self.bare_widths)]] = True
         return found
 
     def own(self, count: Integers) -> Integers:

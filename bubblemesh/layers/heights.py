@@ -27,18 +27,25 @@ class Heights:
 
 
 def heights(columns: Columns, room: Floats, most: Integers) -> Heights:
-    """Layers that there is room (c,) for, ``most`` (c,) of them, and at most one fewer from column to column."""
-    wanted, count = (np.zeros(len(columns), np.int64) for _ in range(2))
-    factor = np.ones(len(columns))
+    """Layers that there is room (c,) for, ``most`` (c,) of them, and at most one fewer from column to column.
+
+    Where few layers have room they are compressed, but in hollows of short edges and beside: else those along much of
+    the wall would be so, too.
+    """
+    wanted, fitting = (np.zeros(len(columns), np.int64) for _ in range(2))
     for number, ladder in enumerate(columns.ladders):
         mine = np.flatnonzero(columns.ladder == number)
         wanted[mine] = most[mine] if ladder.isotropic else ladder.count
-        fitting = np.searchsorted(ladder.tops, room[mine] * (1 + ROUNDING), side="right") - 1
-        few = np.minimum(FEWEST, most[mine])
-        squeezed = np.clip(room[mine] / np.maximum(ladder.tops[few], 1e-300), 0, 1)
-        count[mine] = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most[mine]))
-        factor[mine] = np.where(fitting < few, np.maximum(squeezed, LEAST), 1.0)
-    due, _ = _gradual(columns, np.where(columns.ends, 0, wanted), np.ones(len(columns)))
+        fitting[mine] = np.searchsorted(ladder.tops, room[mine] * (1 + ROUNDING), side="right") - 1
+    none = np.ones(len(columns))
+    bound, _ = _gradual(columns, np.where(columns.are_in_hollows, np.minimum(fitting, most), most), none)
+    few = np.minimum(FEWEST, most)
+    few[bound < few] = 0
+    squeezed = np.clip(room / np.maximum(columns.tops(np.arange(len(columns)), few), 1e-300), 0, 1)
+    squeezed[few == 0] = 1.0
+    count = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most))
+    factor = np.where(fitting < few, np.maximum(squeezed, LEAST), 1.0)
+    due, _ = _gradual(columns, np.where(columns.ends, 0, wanted), none)
     return Heights(wanted, due, *_gradual(columns, count, factor))
 
 

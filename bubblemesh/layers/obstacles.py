@@ -85,7 +85,7 @@ class Obstacles:
         near, by = self.tree.query(shapes, predicate="dwithin", distance=APART * high)
         feet, ends = strips.x[columns.foot[columns.pair[full]]], np.stack([self.start, self.end], axis=1)
         joined = (feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
-        away = shapely.distance(shapely.points(feet.mean(axis=1)[near]), self.lines[by]) > high[near]
+        away = shapely.distance(shapely.linestrings(feet)[near], self.lines[by]) > high[near]
         point = (self.start == self.end).all(axis=1)[by]
         too_near = (point | away & ~joined) & self._is_apart(strips, full, near, by)
         return each_once(np.append(one, near[too_near]))

@@ -16,6 +16,7 @@ from bubblemesh.layers.walls import Walls, turned
 SHORT = 0.5  # edges, in terms of the first layer
 LEAST_TURN = np.radians(10)  # of the wall at such a bend
 FARTHEST = 5.0  # lengths of a bend to where the walls beside it would meet
+LOW = 2.0  # first layers: columns that meet below are one
 
 
 def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
@@ -60,7 +61,9 @@ def parting(columns: Columns) -> Booleans:
 def _meeting(columns: Columns, free: Booleans) -> Booleans:
     """Mask (p,) of the pairs on short edges whose columns meet below the first layer."""
     short, nearer, first = _short(columns)
-    return np.asarray(short & free[columns.pair].all(axis=1) & (nearer > 0) & (columns.bare_widths < nearer * first))
+    return np.asarray(
+        short & free[columns.pair].all(axis=1) & (nearer > 0) & (columns.bare_widths < LOW * nearer * first)
+    )
 
 
 def _short(columns: Columns) -> tuple[Booleans, Floats, Floats]:

@@ -68,7 +68,8 @@ class _Builder:
         walls, layers_first = self.walls, bool(self.walls.layered[side])
         mine, bare = (side, after) if layers_first else (after, side)
         angle, foot, ladder = float(walls.angle[side]), int(walls.ends[side, 1]), int(walls.ladder[mine])
-        if self.ladders[ladder].follow and STEEPEST_END <= angle <= FLATTEST_END:
+        taken = bool(walls.pieces_with_layers[walls.piece[bare]])  # by nodes for layers on its other side
+        if self.ladders[ladder].follow and STEEPEST_END <= angle <= FLATTEST_END and not taken:
             up = (self.along[bare] if layers_first else -self.along[bare]) / np.sin(angle)
             column = self._following(bare, bool(walls.forward[bare]) == layers_first, foot, up, ladder)
         else:
@@ -76,13 +77,18 @@ class _Builder:
         (self.last if layers_first else self.first)[mine] = column
 
     def _following(self, side: int, from_start: bool, foot: int, up: Floats, ladder: int) -> int:
-        """Number of the column along a wall without layers, which the other side of that wall may have found before."""
+        """Number of the column along a wall without layers, which the other side of that wall may have found before.
+
+        Of two kinds of layers it has those with the lower first height.
+        """
         piece = int(self.walls.piece[side])
         known = self.followed.setdefault((piece, from_start), len(self.rows))
         if known == len(self.rows):
             self.rows.append(_Row(foot, up, ladder, piece, from_start))
         else:
-            self.rows[known] = self.rows[known]._replace(up=(self.rows[known].up + up) / 2)
+            before = self.rows[known]
+            lower = min(before.ladder, ladder, key=lambda number: self.ladders[number].first)
+            self.rows[known] = before._replace(up=(before.up + up) / 2, ladder=lower)
         return known
 
     def pairs(self) -> tuple[Integers, Integers]:

@@ -175,6 +175,63 @@ def test_an_interface_has_layers_in_the_regions_that_ask_for_them(region):
     assert (np.array(mesh.regions)[mesh.triangle_regions] == np.where(above, "domain", "low")).all()
 
 
+TWO_REGIONS = {
+    "outer": {"rectangle": [0, 0, 2, 1], "labels": SIDES},
+    "region": "fluid",
+    "regions": [{"name": "solid", "ring": {"rectangle": [0, 0, 2, 0.3]}}],
+}
+WALLS_OF_FLUID = {"on": ["solid-rim", "left", "right"], "region": "fluid"}
+
+
+@pytest.mark.parametrize("cells", ["triangles", "quads"])
+@pytest.mark.parametrize("until", [{"count": 1}, {"until": "isotropic"}])
+def test_layers_taper_where_the_wall_beside_has_some_on_its_other_side_only(until, cells):
+    layers = {"first": 0.002, **until, "cells": cells}
+    result = run(TWO_REGIONS, {**WALLS_OF_FLUID, **layers}, {**layers, "on": "left", "region": "solid"}, spacing=0.05)
+    (mine,) = [row for row in result.report["layers"] if row["region"] == "solid"]
+    assert mine["count"]["least"] == 0
+    assert mine["first"]["kept"] > 0.8
+    others = [row for row in result.report["layers"] if row["region"] == "fluid"]
+    assert [row["first"]["kept"] for row in others] == [1, 1, 1]
+
+
+def test_a_line_that_ends_on_a_wall_with_layers_on_its_other_side_has_layers_that_taper():
+    domain = {**TWO_REGIONS, "lines": [{"path": [[1, 0], [1, 0.3]], "label": "fin"}]}
+    layers = {"first": 0.002, "until": "isotropic"}
+    result = run(domain, {"on": "solid-rim", "region": "fluid", **layers}, {"on": "fin", **layers}, spacing=0.05)
+    assert row_of(result, "solid-rim")["first"]["kept"] == 1
+    assert row_of(result, "fin")["first"]["kept"] > 0.8
+
+
+@pytest.mark.parametrize("lower", ["fluid", "solid"])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_column_between_two_entries_on_a_wall_has_the_lower_first_height(side, lower):
+    entries = [
+        {"on": side, "region": region, "first": 0.001 if region == lower else 0.003, "until": "isotropic"}
+        for region in ("fluid", "solid")
+    ]
+    result = run(TWO_REGIONS, *entries, spacing=0.05)
+    assert has_nodes(result.mesh, [(0.001 if side == "left" else 1.999, 0.3)])
+    (row,) = [row for row in result.report["layers"] if row["region"] == lower]
+    assert row["first"] == pytest.approx({"least": 1, "mean": 1, "largest": 1, "kept": 1})
+
+
+@pytest.mark.parametrize(
+    ("edges", "radius"),
+    [(5, 0.7), (5, 1.1), (5, 1.3), (5, 1.9), (9, 1.4), (8, 2.5), (12, 3), (20, 5), (40, 10), (90, 20)],
+)
+def test_fillets_of_short_edges_at_concave_corners_leave_first_heights_as_they_are(edges, radius):
+    first = 0.001
+    turn = np.linspace(np.pi, 1.5 * np.pi, edges + 1)
+    arc = np.array([1, 0]) + radius * first * (1 + np.column_stack([np.cos(turn), np.sin(turn)]))
+    polygon = [[0, 0.5], [1, 0.5], *arc.tolist(), [3, 0], [3, 1], [0, 1]]
+    labels = ["wall"] * (len(polygon) - 3) + ["out", "top", "in"]
+    domain = {"outer": {"polygon": polygon, "labels": labels}}
+    row = row_of(run(domain, {"on": "wall", "first": first, "until": "isotropic"}, spacing=0.05), "wall")
+    assert row["first"]["kept"] > 0.995
+    assert row["compressed"] == 1
+
+
 @pytest.mark.parametrize("finer", ["bottom", "right"])
 def test_where_two_kinds_of_layers_meet_the_lower_ones_are_in_the_corner(finer):
     heights = {"bottom": 0.01, "right": 0.01} | {finer: 0.002}

@@ -107,6 +107,37 @@ def test_gmsh_reads_the_pairs(gmsh, cell, tmp_path, form):
         np.testing.assert_allclose(affine, moved.ravel(), atol=1e-15)
 
 
+PAIRED = """
+domain:
+  outer: {rectangle: [0, 0, 1, 1], labels: [bottom, right, top, left]}
+  periodic: [[left, right]PAIRS]
+  POINTS
+spacing: 0.2
+"""
+OTHERS = {"one pair": "", "two pairs": ", [bottom, top]"}
+LABELLED = "points: [{at: [0, 0], label: origin}, {at: [0.5, 0.5], label: middle}]"
+
+
+@pytest.mark.parametrize("ignored", [0, 1])
+@pytest.mark.parametrize("points", ["", LABELLED], ids=["", "labelled"])
+@pytest.mark.parametrize("others", OTHERS)
+@pytest.mark.parametrize("form", ["msh", "msh-ascii", "msh4"])
+@pytest.mark.parametrize("order", [1, 2])
+def test_gmsh_leaves_nodes_where_they_are(gmsh, tmp_path, form, others, points, ignored, order):
+    mesh = mesh_of(PAIRED.replace("PAIRS", OTHERS[others]).replace("POINTS", points))
+    mesh = mesh if order == 1 else mesh.second_order()[0]
+    write_files(mesh, {}, {}, tmp_path, "cell", [form])
+    gmsh.option.setNumber("Mesh.IgnorePeriodicity", ignored)
+    try:
+        gmsh.open(str(tmp_path / "cell.msh"))
+    finally:
+        gmsh.option.setNumber("Mesh.IgnorePeriodicity", 1)
+    numbers, places, _ = gmsh.model.mesh.getNodes()
+    np.testing.assert_allclose(places.reshape(-1, 3)[np.argsort(numbers), :2], mesh.points, atol=1e-14)
+    names = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
+    assert names == {*mesh.labels, *mesh.regions, *mesh.point_labels}
+
+
 def pairs_of(mesh):
     """Sides, pairs of nodes, and shift of each pair of periodic sides."""
     return [

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, different_rows
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshfiles.groups import (
@@ -43,6 +43,12 @@ class Block(NamedTuple):
     ids: Integers
     parts: Integers | None = None  # (m,) from 1
     holders: Holders = NO_HOLDERS
+    entities: Integers | None = None  # (m,): their elementary entities, if these have not the numbers of the groups
+
+    @property
+    def tags(self) -> tuple[Integers, Integers]:
+        """Numbers (m,) of the groups, 0 for none, and of the elementary entities, which readers want of all cells."""
+        return self.ids, self.ids if self.entities is None else self.entities
 
 
 Matching = tuple[int, tuple[int, int], Floats, Integers]
@@ -68,8 +74,7 @@ def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
         file.write(b"$Elements\n%d\n" % sum(len(block.cells) for block in blocks))
         for block in blocks:
             count = len(block.cells)
-            # One elementary entity for each physical group: readers want both tags, and none of them 0.
-            tags = [block.ids, block.ids, *(() if block.parts is None else (np.ones(count, np.int64), block.parts))]
+            tags = [*block.tags, *(() if block.parts is None else (np.ones(count, np.int64), block.parts))]
             rows = np.column_stack([number + numbered(count), *tags, block.cells + 1])
             file.write(np.array([KINDS[block.kind], count, len(tags)], np.int32).tobytes())
             file.write(rows.astype(np.int32).tobytes())
@@ -83,11 +88,11 @@ def as_meshio(mesh: Mesh) -> Any:
     import meshio
 
     blocks = _blocks(mesh)
-    ids = [block.ids.astype(np.int32) for block in blocks]
+    groups, entities = ([block.tags[k].astype(np.int32) for block in blocks] for k in range(2))
     return meshio.Mesh(
         mesh.points,
         [(block.kind, block.cells) for block in blocks],
-        cell_data={"gmsh:physical": ids, "gmsh:geometrical": ids},
+        cell_data={"gmsh:physical": groups, "gmsh:geometrical": entities},
         field_data={name: np.array(group) for name, group in group_names(mesh).items()},
         gmsh_periodic=periodic_entities(mesh) or None,
     )
@@ -133,9 +138,9 @@ def msh_text(points: Floats, blocks: Sequence[Block], groups: Sequence[tuple[str
         count, width = block.cells.shape
         nodes, numbers = " %d" * width, number + numbered(count)
         if block.parts is None:
-            yield from lines(f"%d {KINDS[block.kind]} 2 %d %d{nodes}", numbers, block.ids, block.ids, block.cells + 1)
+            yield from lines(f"%d {KINDS[block.kind]} 2 %d %d{nodes}", numbers, *block.tags, block.cells + 1)
         else:
-            tags = _tags(block.ids, block.parts, block.holders)
+            tags = _tags(*block.tags, block.parts, block.holders)
             yield from lines(f"%d {KINDS[block.kind]} %s{nodes}", numbers, tags, block.cells + 1)
         number += count
     yield "$EndElements\n"
@@ -164,9 +169,9 @@ def periodic_text(matches: Sequence[Matching], number: Callable[[float], str] = 
 
 def _blocks(mesh: Mesh, *, halo: bool = False) -> list[Block]:
     """Labelled points, facets and cells, these with the parts that hold them as ghosts if the ``halo`` counts."""
-    points, facets, triangles, holders = None, None, None, NO_HOLDERS
+    facets, triangles, holders = None, None, NO_HOLDERS
     if mesh.partition is not None:
-        points, facets, triangles = cell_parts(mesh, mesh.partition)
+        facets, triangles = cell_parts(mesh, mesh.partition)
         holders = ghost_holders(mesh.partition, mesh.cell_numbers) if halo else NO_HOLDERS
     blocks = [Block(FACET_KINDS[mesh.facets.shape[1]], mesh.facets, facet_ids(mesh), facets)]
     before = 0
@@ -176,19 +181,42 @@ def _blocks(mesh: Mesh, *, halo: bool = False) -> list[Block]:
         parts = None if triangles is None else triangles[cells.triangles[:, 0]]
         blocks.append(Block(CELL_KINDS[width], cells.nodes, cell_ids(mesh, cells), parts, mine))
         before += count
-    if len(mesh.labelled_nodes):
-        blocks.insert(0, Block("vertex", mesh.labelled_nodes[:, None], node_ids(mesh), points))
+    ids, ends = node_ids(mesh), ends_of_periodic_sides(mesh)
+    nodes = np.append(mesh.labelled_nodes, ends)
+    if len(nodes):
+        known = len(mesh.labels) + len(mesh.regions) + len(mesh.point_labels)
+        groups, entities = (
+            np.append(ids, more) for more in (np.zeros(len(ends), np.int64), known + numbered(len(ends)))
+        )
+        parts = None if mesh.partition is None else mesh.partition.node_owner[nodes] + 1
+        blocks.insert(0, Block("vertex", nodes[:, None], groups, parts, entities=entities))
     return blocks
 
 
-def cell_parts(mesh: Mesh, partition: Partition) -> tuple[Integers, Integers, Integers]:
-    """Parts (v,), (f,) and (t,) of labelled points, facets and triangles, from 1 as Gmsh counts.
+def ends_of_periodic_sides(mesh: Mesh) -> Integers:
+    """Nodes (k,) without a label of their own where a periodic side meets another one.
+
+    For Gmsh each has to be a point: it moves nodes of the copies to where those of the originals are, and a node
+    has one curve.
+    """
+    if len(mesh.periodic) == 0:
+        return np.zeros(0, np.int64)
+    rows, _ = different_rows(np.column_stack([mesh.facets[:, :2].ravel(), np.repeat(mesh.facet_labels, 2)]))
+    several = np.bincount(rows[:, 0], minlength=len(mesh.points)) > 1
+    several[mesh.labelled_nodes] = False
+    periodic = np.zeros(len(mesh.points), bool)
+    periodic[mesh.facets[mesh.periodic.ravel(), :2]] = True
+    return np.flatnonzero(several & periodic)
+
+
+def cell_parts(mesh: Mesh, partition: Partition) -> tuple[Integers, Integers]:
+    """Parts (f,) and (t,) of facets and triangles, from 1 as Gmsh counts.
 
     A facet has the part of the triangle on its left.
     """
     left = mesh.sides[:, 0]
     facets = np.where(left < 0, partition.node_owner[mesh.facets[:, 0]], partition.owner[left])
-    return partition.node_owner[mesh.labelled_nodes] + 1, facets + 1, partition.owner + 1
+    return facets + 1, partition.owner + 1
 
 
 def ghost_holders(partition: Partition, numbers: Integers) -> Holders:
@@ -211,11 +239,12 @@ def names_text(groups: Sequence[tuple[str, Group]]) -> Iterator[str]:
     yield "$EndPhysicalNames\n"
 
 
-def _tags(ids: Integers, parts: Integers, holders: Holders) -> NDArray[np.object_]:
+def _tags(groups: Integers, entities: Integers, parts: Integers, holders: Holders) -> NDArray[np.object_]:
     """Number and tags (m,) of cells: group, entity, number of parts, part, and those of the ghosts as negative ones."""
-    tags = np.empty(len(ids), object)
-    tags[:] = [f"4 {number} {number} 1 {part}" for number, part in zip(ids.tolist(), parts.tolist(), strict=True)]
+    tags = np.empty(len(groups), object)
+    rows = zip(groups.tolist(), entities.tolist(), parts.tolist(), strict=True)
+    tags[:] = [f"4 {group} {entity} 1 {part}" for group, entity, part in rows]
     for cell, others in holders.items():
         ghosts = " ".join(f"-{part}" for part in others)
-        tags[cell] = f"{4 + len(others)} {ids[cell]} {ids[cell]} {1 + len(others)} {parts[cell]} {ghosts}"
+        tags[cell] = f"{4 + len(others)} {groups[cell]} {entities[cell]} {1 + len(others)} {parts[cell]} {ghosts}"
     return tags

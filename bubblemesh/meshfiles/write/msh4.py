@@ -1,6 +1,6 @@
 """Gmsh's mesh format 4.1, as text: nodes and cells by entities, those of a partition with their parts, and ghosts."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -24,6 +24,7 @@ from bubblemesh.meshfiles.write.gmsh import (
     KINDS,
     Matching,
     cell_parts,
+    ends_of_periodic_sides,
     ghost_holders,
     names_text,
     periodic_entities,
@@ -109,7 +110,10 @@ def _by_kinds(mesh: Mesh, surfaces: Layer) -> Iterator[Layer]:
 
 
 def whole_layers(mesh: Mesh) -> list[Layer]:
-    """Triangles, facets and labelled points; the entities of the first two have the numbers of their groups."""
+    """Triangles, facets, labelled points and ends of periodic sides.
+
+    The entities of the first two have the numbers of their groups.
+    """
     found = []
     for dimension, kind, cells, ids in (
         (SURFACES, CELL_KINDS[mesh.triangles.shape[1]], mesh.triangles, region_ids(mesh)),
@@ -118,7 +122,10 @@ def whole_layers(mesh: Mesh) -> list[Layer]:
         numbers, index = np.unique(ids, return_inverse=True)
         found.append(Layer(kind, cells, tuple(Entity(dimension, k, k) for k in numbers.tolist()), index))
     points = tuple(Entity(POINTS, k, number) for k, number in enumerate(node_ids(mesh).tolist(), start=1))
-    return [*found, Layer("vertex", mesh.labelled_nodes[:, None], points, np.arange(len(points)))]
+    labelled = Layer("vertex", mesh.labelled_nodes[:, None], points, np.arange(len(points)))
+    nodes = ends_of_periodic_sides(mesh)  # no cells: readers want these to have a group if any has
+    ends = tuple(Entity(POINTS, labelled.next_tag + k, None) for k in range(len(nodes)))
+    return [*found, labelled, Layer(None, nodes[:, None], ends, np.arange(len(ends)))]
 
 
 def divided_layers(mesh: Mesh, partition: Partition, whole: Sequence[Layer]) -> list[Layer]:
@@ -126,12 +133,13 @@ def divided_layers(mesh: Mesh, partition: Partition, whole: Sequence[Layer]) -> 
 
     Later layers hold nodes before earlier ones: those that parts share are on their curve, labelled ones on a point.
     """
-    surfaces, curves, points = whole
-    _, of_facets, of_triangles = cell_parts(mesh, partition)
+    surfaces, curves, *points = whole
+    of_facets, of_triangles = cell_parts(mesh, partition)
+    alone = np.concatenate([layer.cells[:, 0] for layer in points])
     divided = [_by_parts(surfaces, of_triangles), _by_parts(curves, of_facets)]
     _, part, _, starts = partition.node_parts
     several = np.flatnonzero(np.diff(starts) > 1)
-    parts_of = {k: tuple((part[starts[k] : starts[k + 1]] + 1).tolist()) for k in {*several, *mesh.labelled_nodes}}
+    parts_of = {k: tuple((part[starts[k] : starts[k + 1]] + 1).tolist()) for k in {*several, *alone}}
     region = np.zeros(len(mesh.points), np.int64)
     region[mesh.triangles] = region_ids(mesh)[:, None]
     sets = {parts_of[k]: k for k in several[::-1]}  # with the first node of each
@@ -141,15 +149,21 @@ def divided_layers(mesh: Mesh, partition: Partition, whole: Sequence[Layer]) -> 
     )
     number = {entity.parts: k for k, entity in enumerate(shared)}
     index = np.array([number[parts_of[k]] for k in several], np.int64)
-    owned = tuple(
-        Entity(POINTS, points.next_tag + k, entity.group, (POINTS, entity.tag), parts_of[node])
-        for k, (entity, node) in enumerate(zip(points.entities, mesh.labelled_nodes, strict=True))
-    )
+    first = max(layer.next_tag for layer in points)
     return [
         *divided,
         Layer(None, several[:, None], shared, index),
-        Layer(points.kind, points.cells, owned, points.index),
+        *(_owned(layer, first, parts_of) for layer in points),
     ]
+
+
+def _owned(points: Layer, first: int, parts_of: Mapping[int, tuple[int, ...]]) -> Layer:
+    """The layer of points with the parts of their nodes, in entities numbered after the ``first`` others."""
+    entities = tuple(
+        Entity(POINTS, first + entity.tag - 1, entity.group, (POINTS, entity.tag), parts_of[node])
+        for entity, node in zip(points.entities, points.cells[:, 0].tolist(), strict=True)
+    )
+    return Layer(points.kind, points.cells, entities, points.index)
 
 
 def _by_parts(layer: Layer, parts: Integers) -> Layer:

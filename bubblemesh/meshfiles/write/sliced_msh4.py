@@ -43,7 +43,7 @@ def write_sliced_msh4(mesh: SlicedMesh, path: Path) -> None:
     small, partition = _with_boxes(border, boxes)
     whole = whole_layers(small)
     layers = divided_layers(small, partition, whole)
-    surfaces, curves, _, points = layers
+    surfaces, curves, _, points, _ = layers
     on_curves = [(place, k) for place, k in by_places(layers, len(small.points)) if place[0] != SURFACES]
     entities = {_surface_of(entity, whole[0].entities): entity for entity in surfaces.entities}
     before = len(points.cells) + len(curves.cells)
