@@ -22,8 +22,12 @@ SHRUNK = 1 - 1e-6  # strips that have a side in common do not meet without their
 
 @record
 class Obstacles:
-    """Walls as straight lines, and points of the domain."""
+    """Walls as straight lines, and points of the domain, as seen from an origin.
 
+    Far from that of the coordinates, rounding would count for more than what layers are shrunk by.
+    """
+
+    origin: Floats  # (2,)
     start: Floats  # (k, 2)
     end: Floats  # (k, 2): the start of a point
     layered: Booleans  # (k,): whether there are layers on it
@@ -38,9 +42,11 @@ class Obstacles:
         edges = walls.ends[layered[walls.piece] & walls.forward]
         points = walls.x[others(len(boundary.corners), walls.ends)]
         counts = len(edges), int(bare.sum()), len(points)
+        origin = walls.x[walls.ends].mean(axis=(0, 1))
         return cls(
-            np.concatenate([walls.x[edges[:, 0]], chords.start[bare], points]),
-            np.concatenate([walls.x[edges[:, 1]], chords.end[bare], points]),
+            origin,
+            np.concatenate([walls.x[edges[:, 0]], chords.start[bare], points]) - origin,
+            np.concatenate([walls.x[edges[:, 1]], chords.end[bare], points]) - origin,
             np.repeat([True, False, False], counts),
             np.concatenate([np.full(counts[0], -1), chords.piece[bare], np.full(counts[2], -1)]),
         )
@@ -58,12 +64,16 @@ class Obstacles:
         """Tree of the lines."""
         return shapely.STRtree(self.lines)
 
+    def seen(self, x: Floats) -> Floats:
+        """Places x (..., 2) from the origin."""
+        return x - self.origin
+
     def in_the_way(self, strips: Strips) -> Booleans:
         """Mask (c,) of the columns that have to be lower for all cells to be valid, and none to meet another."""
         columns = strips.columns
         wrong, full = badly_shaped(strips), np.flatnonzero(strips.full)
         i, j = columns.pair[full].T
-        corner = strips.x[np.column_stack([columns.foot[i], columns.foot[j], strips.top[j], strips.top[i]])]
+        corner = self.seen(strips.x[np.column_stack([columns.foot[i], columns.foot[j], strips.top[j], strips.top[i]])])
         shapes = shapely.polygons(corner)
         valid = shapely.is_valid(shapes)
         wrong[full[~valid]] = True
@@ -83,7 +93,7 @@ class Obstacles:
         meeting = self.tree.query(inner, predicate="intersects")
         one = meeting[0, self._is_apart(strips, full, *meeting)]
         near, by = self.tree.query(shapes, predicate="dwithin", distance=APART * high)
-        feet, ends = strips.x[columns.foot[columns.pair[full]]], np.stack([self.start, self.end], axis=1)
+        feet, ends = self.seen(strips.x[columns.foot[columns.pair[full]]]), np.stack([self.start, self.end], axis=1)
         joined = (feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
         away = shapely.distance(shapely.linestrings(feet)[near], self.lines[by]) > high[near]
         point = (self.start == self.end).all(axis=1)[by]
@@ -99,12 +109,13 @@ class Obstacles:
     def _overlapping(self, strips: Strips, full: Integers, shapes: Shapes, inner: Shapes) -> Integers:
         """Strips (m,), among those of the pairs ``full`` (f,), that overlap others, or come too near to them."""
         columns, tops = strips.columns, strips.fronts[full]
+        ends = self.seen(strips.x[tops])
         one, other = shapely.STRtree(inner).query(inner, predicate="intersects")
         high = strips.height[columns.pair[full]].max(axis=1)
         middle = columns.at[columns.pair[full]].mean(axis=1)
         feet = columns.foot[columns.owner[columns.pair[full]]]
         near, by = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=APART * high)
-        over = strips.x[tops].mean(axis=1)
+        over = ends.mean(axis=1)
         facing = self._face_each_other(over, near, by)
         near, by = near[facing], by[facing]
         away = np.hypot(*(middle[near] - middle[by]).T) > NEAR * np.maximum(high[near], high[by])
@@ -112,7 +123,7 @@ class Obstacles:
         far, beyond = near[away & apart], by[away & apart]
         too_near = shapely.distance(shapes[far], shapes[beyond]) < APART * np.minimum(high[far], high[beyond])
         # Around a bend of one wall fronts that come nearer to each other must leave room for triangles.
-        fronts = shapely.linestrings(strips.x[tops])
+        fronts = shapely.linestrings(ends)
         length = shapely.length(fronts)
         near, by = near[~away], by[~away]
         apart = ~(tops[near][:, :, None] == tops[by][:, None, :]).any(axis=(1, 2))

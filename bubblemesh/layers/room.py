@@ -65,7 +65,7 @@ def _up_to(obstacles: Obstacles, columns: Columns, thickness: Floats) -> Floats:
     reach = REACH * thickness[straight] + 2 * columns.spacing[straight]
     # Columns with nodes in common go up from behind the wall.
     start = np.where(columns.are_pinched, columns.first, 0.0)[straight]
-    origin = columns.at[straight] + start[:, None] * columns.up[straight]
+    origin = obstacles.seen(columns.at[straight]) + start[:, None] * columns.up[straight]
     ray = columns.up[straight] * reach[:, None]
     of, line = obstacles.tree.query(shapely.linestrings(np.stack([origin, origin + ray], axis=1)), "intersects")
     along, across = (obstacles.end - obstacles.start)[line], obstacles.start[line] - origin[of]

@@ -216,6 +216,20 @@ def test_the_column_between_two_entries_on_a_wall_has_the_lower_first_height(sid
     assert row["first"] == pytest.approx({"least": 1, "mean": 1, "largest": 1, "kept": 1})
 
 
+@pytest.mark.parametrize(("x", "y"), [(5e5, 5e6), (-3e6, 10.0)])
+def test_a_place_far_from_the_origin_changes_no_layers(x, y):
+    def at(x, y):
+        wing = np.array([[1, 0], [0.997, 0.0004], [0.5, 0.08], [0, 0], [0.5, -0.08], [0.997, -0.0004]]) + [x, y]
+        outer = {"rectangle": [x - 1, y - 1, x + 2, y + 1], "label": "far"}
+        domain = {"outer": outer, "holes": [{"polygon": wing.tolist(), "label": "wing"}]}
+        return row_of(run(domain, {"on": "wing", "first": 0.001, "until": "isotropic"}, spacing=0.1), "wing")
+
+    here, there = at(0, 0), at(x, y)
+    assert here["first"]["kept"] == there["first"]["kept"] == 1
+    assert here["count"] == there["count"]
+    assert here["complete"] == there["complete"]
+
+
 @pytest.mark.parametrize(
     ("edges", "radius"),
     [(5, 0.7), (5, 1.1), (5, 1.3), (5, 1.9), (9, 1.4), (8, 2.5), (12, 3), (20, 5), (40, 10), (90, 20)],
