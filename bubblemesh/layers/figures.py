@@ -8,6 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, median
 from bubblemesh.layers.heights import reached
+from bubblemesh.layers.ladder import MOST_LAYERS
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.strips import Strips
 from bubblemesh.meshes.edges import find_sides
@@ -17,6 +18,7 @@ from bubblemesh.records import record
 
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
 FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
+MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not what makes sizes jump
 LOW = 0.5  # of the height that is asked for
 NEARLY = 0.05  # relative difference of a first height from the wanted one
 SHORTEST = 5  # places that are told
@@ -107,10 +109,12 @@ class LabelLayers:
             )
         times = f"{self.across_front:.3g}"
         told = f"layers on {self.label!r}: triangles beside them are {times} times as high as the last layer"
+        if self.complete < MOSTLY:
+            return f"{told}, since columns end before they have all layers: something is in their way"
         if self.by_thickness:  # more of them would be thinner ones
             return f"{told}: first with until: isotropic, in place of thickness, lets sizes pass without a jump"
         more = int(np.ceil(np.log(self.across_front / most) / np.log(self.growth))) if self.growth > 1 else 0
-        count = f", or count: {self.count['wanted'] + more}" if more else ""
+        count = f", or count: {wanted}" if more and (wanted := self.count["wanted"] + more) <= MOST_LAYERS else ""
         return f"{told}: until: isotropic{count} lets sizes pass without a jump"
 
 

@@ -9,6 +9,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import Key
 from bubblemesh.records import record
 
+MOST_LAYERS = 500  # that a case may ask for
 LEAST_GROWTH, LARGEST_GROWTH = 0.5, 4.0  # that are looked for
 HALVINGS = 60
 

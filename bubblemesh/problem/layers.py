@@ -11,7 +11,7 @@ from bubblemesh.case.data_terms import several
 from bubblemesh.case.layers import LayerKeys
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.layers.ladder import Ladder, count_of, first_of, growth_of
+from bubblemesh.layers.ladder import MOST_LAYERS, Ladder, count_of, first_of, growth_of
 from bubblemesh.layers.layered import layered
 from bubblemesh.layers.pinches import SHORT
 from bubblemesh.layers.rest import Rest
@@ -23,7 +23,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 LOWEST = 1e-10  # of the domain's size: lower layers are rounding
 STEPS = 1000  # from one number to the next, that a layer is high at least
-MOST_LAYERS, MOST_RISING = 500, 10_000  # that are asked for, and until they are as high as the domain
+MOST_RISING = 10_000  # layers until they are as high as the domain
 
 
 def ladders_of(entries: Sequence[LayerKeys], domain: Domain) -> tuple[Ladder, ...]:

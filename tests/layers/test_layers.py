@@ -219,7 +219,8 @@ def test_the_column_between_two_entries_on_a_wall_has_the_lower_first_height(sid
 @pytest.mark.parametrize(("x", "y"), [(5e5, 5e6), (-3e6, 10.0)])
 def test_a_place_far_from_the_origin_changes_no_layers(x, y):
     def at(x, y):
-        wing = np.array([[1, 0], [0.997, 0.0004], [0.5, 0.08], [0, 0], [0.5, -0.08], [0.997, -0.0004]]) + [x, y]
+        wing = np.array([[1, 0], [0.997, 0.0004], [0.5, 0.08], [0, 0], [0.5, -0.08], [0.997, -0.0004]])
+        wing += [x, y]
         outer = {"rectangle": [x - 1, y - 1, x + 2, y + 1], "label": "far"}
         domain = {"outer": outer, "holes": [{"polygon": wing.tolist(), "label": "wing"}]}
         return row_of(run(domain, {"on": "wing", "first": 0.001, "until": "isotropic"}, spacing=0.1), "wing")
@@ -446,6 +447,21 @@ def test_the_count_that_is_advised_lets_sizes_pass():
     result = run(CHANNEL, {**keys, "count": count})
     assert not [text for text in result.report["warnings"] if "times as high" in text]
     assert row_of(result, "bottom")["complete"] == 1
+
+
+def test_no_count_is_advised_that_a_case_may_not_have():
+    keys = {"on": "bottom", "first": 1e-7, "growth": 1.01, "count": 500}
+    (text,) = (text for text in run(CHANNEL, keys).report["warnings"] if "times as high" in text)
+    assert text.endswith(": until: isotropic lets sizes pass without a jump")
+
+
+def test_no_count_is_advised_where_there_is_no_room_for_more_layers():
+    slot = {"outer": {"rectangle": [0, 0, 3, 0.03], "labels": ["wall", "out", "wall", "in"]}}
+    result = run(slot, {"on": "wall", "first": 0.0004, "growth": 1.25, "count": 12}, spacing=0.06)
+    (text,) = (text for text in result.report["warnings"] if "times as high" in text)
+    assert "since columns end before they have all layers: something is in their way" in text
+    assert "count" not in text
+    assert "isotropic" not in text
 
 
 def test_a_first_layer_as_high_as_the_spacing_is_there_all_along():
