@@ -609,3 +609,22 @@ def test_edge_nodes_are_halfway_along_every_kind_of_piece():
     first, second = (np.hypot(*(mesh.facet_middles - end).T) for end in (a, b))
     np.testing.assert_allclose(first, second, rtol=0.02)
     assert (first + second < 1.1 * np.hypot(*(b - a).T)).all()
+
+
+def test_a_spacing_function_may_change_its_arguments():
+    def spacing(x, y):
+        x -= 0.5
+        y -= 0.5
+        return 0.05 + 0.1 * np.hypot(x, y)
+
+    square = shapely.box(0, 0, 1, 1)
+    one = bubblemesh.mesh(square, spacing)
+    other = bubblemesh.mesh(square, lambda x, y: 0.05 + 0.1 * np.hypot(x - 0.5, y - 0.5))
+    np.testing.assert_array_equal(one.points, other.points)
+
+
+def test_a_mesh_of_second_order_is_one_already():
+    mesh = bubblemesh.mesh(shapely.box(0, 0, 1, 1), 0.3).second_order()[0]
+    again, straight = mesh.second_order()
+    assert again is mesh
+    assert straight == 0

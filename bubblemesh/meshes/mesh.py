@@ -182,9 +182,11 @@ class Mesh:
     def second_order(self) -> tuple[Self, int]:
         """The mesh with a node on each edge, on the curves of facets and ``curved_edges``; and how many are not there.
 
-        A curve may bulge farther than a flat cell can follow without folding over; its edge then stays straight.
-        CaseError if one of the ``curved_edges`` is no edge.
+        A curve may bulge farther than a flat cell can follow without folding over; its edge then stays straight. One of
+        second order comes back as it is. CaseError if one of the ``curved_edges`` is no edge.
         """
+        if self.order == 2:
+            return self, 0
         corners, n = self.triangles[:, :3], len(self.points)
         edges, of_triangle = numbered_edges(corners)
         keys = edge_keys(edges, n)

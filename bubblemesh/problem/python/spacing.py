@@ -59,7 +59,7 @@ class _Checked:
             return np.zeros(0)
         try:
             with np.errstate(all="ignore"):
-                values = np.asarray(self.function(x, y))
+                values = np.asarray(self.function(x.copy(), y.copy()))  # it may change what it is given
         except (TypeError, ValueError) as error:
             raise CaseError(
                 f"spacing: the function fails for arrays of coordinates ({error}): it has to take many points at once, "
