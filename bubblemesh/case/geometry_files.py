@@ -31,7 +31,11 @@ class FollowedKeys(Strict):
 
 
 def _one_or_more(value: Any) -> Any:
-    return [value] if isinstance(value, str) else value
+    """Names, which YAML may take for whole numbers: each DXF file has a layer 0."""
+    names = value if isinstance(value, list) else [value] if isinstance(value, str | int) else value
+    if not isinstance(names, list):
+        return names
+    return [str(name) if isinstance(name, int) and not isinstance(name, bool) else name for name in names]
 
 
 def _feature(value: Any) -> Any:

@@ -31,7 +31,7 @@ def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> In
         for piece in first:
             match = [other for other in second if _is_copy(boundary, int(piece), int(other), shift)]
             if not match:
-                at = boundary.points(np.array([piece]), boundary.lengths[[piece]] / 2)[0]
+                at = _unmatched(boundary, int(piece), second, shift)
                 raise GeometryError(
                     f"periodic sides {names[0]!r} and {names[1]!r}: what is at {place(at)} has no counterpart at "
                     f"{place(at + shift)}: both sides need the same shape and the same vertices, moved but not turned"
@@ -77,9 +77,19 @@ def _pieces(boundary: Boundary, name: str) -> Integers:
 
 
 def _middle(boundary: Boundary, pieces: Integers) -> Floats:
-    """Mean of the pieces' ends."""
-    ends = np.concatenate([boundary.start[pieces], boundary.end[pieces]])
-    return boundary.corners[ends].mean(axis=0)
+    """Mean of the ends of the chains that pieces make, which vertices on the way do not move."""
+    ends, times = np.unique(np.concatenate([boundary.start[pieces], boundary.end[pieces]]), return_counts=True)
+    return boundary.corners[ends[times == 1] if (times == 1).any() else ends].mean(axis=0)
+
+
+def _unmatched(boundary: Boundary, piece: int, others: Integers, shift: Floats) -> Floats:
+    """Place (2,) on a piece with nothing alike on the other ones: a vertex where they have none, or else its middle."""
+    ends = boundary.corners[[boundary.start[piece], boundary.end[piece]]]
+    middle = boundary.points(np.array([piece]), boundary.lengths[[piece]] / 2)[0]
+    known = boundary.corners[np.concatenate([boundary.start[others], boundary.end[others]])]
+    away = np.hypot(*np.moveaxis(ends[:, None] + shift - known, -1, 0)).min(axis=1)
+    lonely = away > TOUCHING * float(np.ptp(boundary.corners, axis=0).max())
+    return np.asarray(middle if lonely.all() or not lonely.any() else ends[away.argmax()])
 
 
 def _is_copy(boundary: Boundary, piece: int, other: int, shift: Floats) -> bool:

@@ -147,7 +147,7 @@ def _told(
         filled.spacing,
         asked.survey.ideal_nodes,
         filled.expected_nodes,
-        any(region.area.outer.origin for region in domain.parts.regions),
+        not domain.given_outlines and not any(region.area.outer.origin for region in domain.parts.regions),
         task.file_length,
     )
     told = (

@@ -117,7 +117,7 @@ class Detail(NamedTuple):
     spacing: LimitedSpacing  # of the packing
     ideal_nodes: float  # of the spacing that the case asks for
     expected_nodes: float
-    regions_of_files: bool  # whether there are such
+    followable: bool  # whether rings could be followed as curves, and none is
     file_length: float | None  # in the case, of 1 in a file with regions that are not simplified yet
 
 
@@ -140,7 +140,7 @@ def detail(found: Detail) -> list[str]:
     several = len(found.short) >= 2 * SEVERAL
     keys = {
         simplify: several and found.file_length is not None,
-        corners: several and not found.regions_of_files,
+        corners: several and found.followable,
         "across: 0 in the spacing leaves narrow parts as they are": len(found.gaps) > 0,
     }
     advice = ", ".join(key for key, helps in keys.items() if helps)

@@ -12,6 +12,8 @@ HUNDREDTHS = 100  # numbers that people write by hand are whole numbers of these
 ROUNDING = 1e-9
 MOST = 0.5  # share of such numbers in a drawing
 ZONE, WIDEST = 6.0, 12.0  # degrees: width of a zone of the UTM system, and of what one of them serves for
+# Of WGS 84, ETRS89, NAD83 and NAD27: few files name others.
+NAMES = re.compile(r"(?<!\d)(CRS84h?|CRS83|CRS27|4326|4979|4258|4937|4269|4267)$")
 GEOGRAPHIC, PROJECTED = re.compile(r"\b(GEOGCS|GEOGCRS|GEODCRS)\b"), re.compile(r"\b(PROJCS|PROJCRS)\b")
 
 
@@ -19,6 +21,11 @@ def is_geographic(system: str | None) -> bool | None:
     """Whether a coordinate reference system, as well-known text, has degrees; None if that is unknown."""
     text = system or ""
     return False if PROJECTED.search(text) else True if GEOGRAPHIC.search(text) else None
+
+
+def is_named_geographic(name: object) -> bool | None:
+    """Whether the name or the number of a coordinate reference system is that of one in degrees; None if unknown."""
+    return True if NAMES.search(str(name)) else None
 
 
 def look_like_degrees(points: Floats) -> bool:

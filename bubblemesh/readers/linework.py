@@ -93,9 +93,12 @@ def _connected(lines: Shapes) -> list[Shapes]:
 
 def _around(lines: Shapes) -> list[Floats]:
     """Rings (m, 2) around all that connected lines enclose together."""
-    faces = shapely.union_all(shapely.get_parts(shapely.polygonize(lines)))
     x0, y0, x1, y1 = shapely.total_bounds(lines)
-    sparse = shapely.remove_repeated_points(faces, THIN * max(x1 - x0, y1 - y0))  # where lines lie on each other
+    thin = THIN * max(x1 - x0, y1 - y0)
+    each = shapely.get_parts(shapely.polygonize(lines))
+    wide = shapely.area(each) > thin * shapely.length(each) / 2  # where lines lie on each other are slivers
+    faces = shapely.union_all(each[wide])
+    sparse = shapely.remove_repeated_points(faces, thin)
     whole = shapely.get_parts(sparse if sparse.is_valid else faces).tolist()
     return [shapely.get_coordinates(part.exterior)[:-1] for part in whole if part.geom_type == "Polygon"]
 

@@ -13,6 +13,7 @@ import shapely
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.files import read_bytes, read_text
 from bubblemesh.messages import shown
+from bubblemesh.readers.degrees import is_named_geographic
 from bubblemesh.readers.features import (
     NO_HEIGHTS,
     NO_PARTS,
@@ -54,7 +55,14 @@ def read_geojson(path: Path, selection: Selection) -> FeatureCollection:
                 raise CaseError(f"it is what {program} writes, no GeoJSON: {way}")
     if not isinstance(entries, list):
         raise CaseError("the FeatureCollection has no list of features: give it one")
-    return _collection(entries, selection)
+    return _collection(entries, selection, _degrees_of(data))
+
+
+def _degrees_of(data: Any) -> bool | None:
+    """Whether the system that GeoJSON of before 2016 names has degrees; None if it names none, or an unknown one."""
+    named = data.get("crs") if isinstance(data, dict) else None
+    properties = named.get("properties") if isinstance(named, dict) else None
+    return is_named_geographic(properties.get("name")) if isinstance(properties, dict) else None
 
 
 def read_geojson_lines(path: Path, selection: Selection) -> FeatureCollection:
@@ -94,13 +102,13 @@ def _whole(digits: str) -> int | float:
     return int(digits) if len(digits) <= MOST_DIGITS else float(digits)
 
 
-def _collection(entries: list[Any], selection: Selection) -> FeatureCollection:
+def _collection(entries: list[Any], selection: Selection, degrees: bool | None = None) -> FeatureCollection:
     if not entries:
         raise CaseError("there are no features in it: give a Polygon, or lines that meet")
     notes: dict[str, None] = {}
     bare = [_bare(entry, k) for k, entry in enumerate(entries)]
     found = selection.converted(bare, lambda number, one: _with_geometry(one, entries[number], notes))
-    return FeatureCollection(found, tuple(notes), degrees=None)
+    return FeatureCollection(found, tuple(notes), degrees=degrees)
 
 
 def _bare(entry: Any, number: int) -> Feature:
@@ -187,11 +195,12 @@ def read_wkt(path: Path) -> FeatureCollection:
     FileError, or CaseError with the number of the geometry and its line.
     """
     advice = "give polygons or lines, with all brackets closed and the last point of a ring equal to the first"
-    shapes = {}
+    shapes, systems = {}, set[str]()
     for number, (line, text) in enumerate(_statements(read_text(path))):
         name = f"feature {number} (line {line})"
         shapes[name] = _shape(shapely.from_wkt, SYSTEM.sub("", text, count=1), f"{name}: not valid WKT", advice)
-    return _of_shapes(shapes)
+        systems.update(found.group().strip("; ") for found in [SYSTEM.match(text)] if found)
+    return _of_shapes(shapes, systems)
 
 
 def read_wkb(path: Path) -> FeatureCollection:
@@ -205,16 +214,18 @@ def read_wkb(path: Path) -> FeatureCollection:
     except (UnicodeDecodeError, ValueError):
         blobs = [content]
     names = [f"feature {number}" for number in range(len(blobs))]
-    return _of_shapes({name: shape_of_wkb(blob, name) for name, blob in zip(names, blobs, strict=True)})
+    shapes = {name: shape_of_wkb(blob, name) for name, blob in zip(names, blobs, strict=True)}
+    return _of_shapes(shapes, {str(shapely.get_srid(shape)) for shape in shapes.values()})
 
 
-def _of_shapes(shapes: dict[str, shapely.Geometry]) -> FeatureCollection:
-    """A feature for each shape, by its name."""
+def _of_shapes(shapes: dict[str, shapely.Geometry], systems: set[str]) -> FeatureCollection:
+    """A feature for each shape, by its name; the ``systems`` that they name may be in degrees."""
     if not shapes:
         raise CaseError("there is no geometry in it: give a POLYGON, or lines that meet")
     solid = any(shapely.has_z(shape) for shape in shapes.values())
     features = tuple(feature_of(parts_of(shape), name) for name, shape in shapes.items())
-    return FeatureCollection(features, (NO_HEIGHTS,) if solid else (), degrees=None)
+    degrees = True if any(map(is_named_geographic, systems)) else None
+    return FeatureCollection(features, (NO_HEIGHTS,) if solid else (), degrees=degrees)
 
 
 def shape_of_wkb(wkb: bytes, name: str) -> shapely.Geometry:

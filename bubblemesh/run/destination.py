@@ -225,6 +225,8 @@ def stream_destination(keys: Output, stream: BinaryIO, options: OutputOptions) -
         if asked_for:
             raise CaseError(f"{option}: there is no place for its files with -o -: drop one of them")
     require_order([first], keys.order)
+    if FORMATS[first].piece is not None:
+        raise CaseError(f"--format {first}: has a file for each part, and -o - is one file: take another format")
     return StreamDestination(stream, first)
 
 

@@ -249,6 +249,7 @@ def test_help_and_version(tmp_path):
         (["run", "square.yaml", "-o", "mesh.su2", "--set", "output.order=2"], 2, "su2 has no form for"),
         (["run", "square.yaml", "--set", "output.for=openfoam", "--set", "output.order=2"], 2, "openfoam has no form"),
         (["run", "square.yaml", "-o", "-", "--json"], 2, "--json"),
+        (["run", "square.yaml", "-o", "-", "--format", "pvtu"], 2, "has a file for each part, and -o - is one file"),
         (["run", "square.yaml", "-o", "-", "--history"], 2, "--history"),
         (["run", "square.yaml", "--set", "spacing"], 2, "--set"),
         (["run", "square.yaml", "--set", "packing.w2=-1"], 2, "packing.w2"),

@@ -88,6 +88,11 @@ def test_the_finer_side_decides():
         (SQUARE, "[left, right], [right, top]", "the side 'right' is named twice"),
         (SQUARE, "[left, bottom]", r"'left' and 'bottom': what is at \(0, 0\.5\) has no counterpart"),
         (
+            SQUARE + "  lines: [{path: [[0, 0.3], [0.5, 0.3]]}]\n",
+            "[left, right]",
+            r"'left' and 'right': what is at \(0, 0\.3\) has no counterpart at \(2, 0\.3\)",
+        ),
+        (
             WAVES.replace("-0.1, 0.7", "-0.1, 0.72"),
             "[left, right]",
             r"'left' and 'right': what is at \(.*\) has no counterpart at \(.*\)",

@@ -41,6 +41,26 @@ def test_lengths_are_not_told_to_be_degrees(tmp_path, ending, form, points):
 
 
 @pytest.mark.parametrize(
+    ("system", "told"), [("urn:ogc:def:crs:OGC:1.3:CRS84", True), ("EPSG:4326", True), ("EPSG:32632", False)]
+)
+def test_the_system_that_geojson_names_decides(tmp_path, system, told):
+    square = {
+        "type": "Polygon",
+        "coordinates": [[[10.5, 50.5], [11.5, 50.5], [11.5, 51.5], [10.5, 51.5], [10.5, 50.5]]],
+    }
+    feature = {"type": "Feature", "properties": {}, "geometry": square}
+    named = {"type": "name", "properties": {"name": system}}
+    text = json.dumps({"type": "FeatureCollection", "crs": named, "features": [feature]})
+    assert any("coordinates are degrees" in note for note in notes(tmp_path / "a.geojson", text)) == told
+
+
+@pytest.mark.parametrize(("number", "told"), [(4326, True), (32632, False)])
+def test_the_system_that_wkt_names_decides(tmp_path, number, told):
+    text = f"SRID={number};POLYGON((10.5 50, 11.5 50, 11 51, 10.5 50))"
+    assert any("coordinates are degrees" in note for note in notes(tmp_path / "a.wkt", text)) == told
+
+
+@pytest.mark.parametrize(
     ("system", "told"),
     [('GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984"]]', True), ('PROJCS["UTM",GEOGCS["GCS_WGS_1984"]]', False)],
 )

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from geometry_files import area, domain, read_rings
 
+from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, FileError, GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Arc, Ellipse, Line, Spline
@@ -114,6 +115,12 @@ class TestDrawings:
         assert area(drawn(draw), layers=("A", "C")) == pytest.approx(8 * np.pi, rel=1e-3)
         with pytest.raises(CaseError, match="no layer 'D': allowed: A, B, C"):
             area(drawn(draw), layers=("D",))
+
+    def test_a_layer_may_be_a_whole_number(self, drawn):
+        path = drawn(lambda document: document.modelspace().add_circle((0, 0), 1))
+        for layer in ("0", "[0]", "'0'"):
+            case = load_case("a.yaml", text=f"domain: {{file: {path}, layer: {layer}}}\nspacing: 1\n")
+            assert case.domain.layer == ("0",)
 
     def test_a_unit_that_the_header_contradicts_is_noted(self, drawn):
         path = drawn(lambda document: document.modelspace().add_circle((0, 0), 1), unit=4)
