@@ -15,6 +15,7 @@ Shapes = NDArray[np.object_]  # polygons or lines
 
 FLAT = 0.02  # least sine of an angle of a cell between a wall and a column
 APART = 0.25  # least distance of strips of different walls, in terms of the lower one's height
+BESIDE = 0.5  # of a strip's lower height: so near to its foot is a wall without layers that goes on from its own
 NEAR = 2.0  # heights between the feet of strips: farther away they are of different walls
 OPEN = 0.3  # least distance of fronts around a bend, in terms of the shorter one's edges
 SHRUNK = 1 - 1e-6  # strips that have a side in common do not meet without their rims
@@ -89,13 +90,15 @@ class Obstacles:
     def _met_by(self, strips: Strips, full: Integers, shapes: Shapes, inner: Shapes) -> Integers:
         """Strips (m,), among those of the pairs ``full`` (f,), that meet an obstacle, or come too near to one."""
         columns = strips.columns
-        high = strips.height[columns.pair[full]].max(axis=1)
+        high, low = (function(strips.height[columns.pair[full]], axis=1) for function in (np.max, np.min))
         meeting = self.tree.query(inner, predicate="intersects")
         one = meeting[0, self._is_apart(strips, full, *meeting)]
         near, by = self.tree.query(shapes, predicate="dwithin", distance=APART * high)
         feet, ends = self.seen(strips.x[columns.foot[columns.pair[full]]]), np.stack([self.start, self.end], axis=1)
         joined = (feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
-        away = shapely.distance(shapely.linestrings(feet)[near], self.lines[by]) > high[near]
+        # What lies beside the foot of a strip is its own wall, or one that goes on from that.
+        beside = np.where(self.layered[by], high[near], BESIDE * low[near])
+        away = shapely.distance(shapely.linestrings(feet)[near], self.lines[by]) > beside
         point = (self.start == self.end).all(axis=1)[by]
         too_near = (point | away & ~joined) & self._is_apart(strips, full, near, by)
         return each_once(np.append(one, near[too_near]))

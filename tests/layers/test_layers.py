@@ -216,6 +216,26 @@ def test_the_column_between_two_entries_on_a_wall_has_the_lower_first_height(sid
     assert row["first"] == pytest.approx({"least": 1, "mean": 1, "largest": 1, "kept": 1})
 
 
+NEEDLE = [[0, 0], [0.174, 0], [0.574, 0.926], [0.974, 0], [2, 0], [2, 1], [0, 1]]
+TIPS = {
+    "needle": ({"outer": {"polygon": NEEDLE, "labels": [*"bnnbr", "top", "l"]}}, 0.15),
+    "line": (
+        {
+            "outer": {"rectangle": [0, 0, 2, 1], "labels": ["b", "r", "top", "l"]},
+            "lines": [{"path": [[0.5, 0.9], [1.2, 0.1]], "label": "line"}],
+        },
+        0.06,
+    ),
+}
+
+
+@pytest.mark.parametrize("tip", TIPS)
+def test_layers_end_before_the_tip_of_what_has_none(tip):
+    domain, spacing = TIPS[tip]
+    layers = {"on": "top", "first": 0.004, "until": "isotropic", "cells": "quads"}
+    assert run(domain, layers, spacing=spacing).report["quality"]["min"] > 0.3
+
+
 @pytest.mark.parametrize(("x", "y"), [(5e5, 5e6), (-3e6, 10.0)])
 def test_a_place_far_from_the_origin_changes_no_layers(x, y):
     def at(x, y):
