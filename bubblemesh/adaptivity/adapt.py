@@ -19,7 +19,7 @@ from bubblemesh.adaptivity.sizes import (
 from bubblemesh.adaptivity.solution import Solution, require_coverage
 from bubblemesh.arrays import Floats, Integers, others
 from bubblemesh.case import Case
-from bubblemesh.case.models import IN_METRIC
+from bubblemesh.case.models import IN_METRIC, MULTILEVEL
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
@@ -47,6 +47,7 @@ ATTEMPTS, CLOSE = 4, 0.02  # at a metric that needs so many nodes as are wanted,
 MISSED = 0.25  # the same that is no such metric
 MOST_ASPECT = 1000.0
 MOST_TIMES = 16.0  # the nodes of the mesh before
+FEWEST = 4.0  # nodes, of a solution without any error
 FINEST, COARSEST = 1e-6, 0.2  # sizes, of the domain's size, if the case does not say
 SAME = 0.1  # relative change of sizes that is not made: estimates of single triangles are no more exact
 TINY = np.finfo(float).tiny
@@ -92,7 +93,7 @@ def _adapted(
 ) -> Result:
     if case.metric is not None:
         with at_key("metric"):
-            raise CaseError("adapt finds sizes without direction: leave the metric out")
+            raise CaseError("adapt finds one of the solution, with --anisotropic: leave the case's own out")
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = case_domain(case)
@@ -155,14 +156,14 @@ def _next_in_metric(
 ) -> tuple[Problem, dict[str, Any]]:
     """The next mesh as a problem whose metric follows from the solution's second derivatives, and how it starts.
 
-    The error of the gradient falls with the square root of the number of nodes: so many lead to a wanted one. If that
-    number cannot be had it is an error of the user's.
+    The error of the gradient falls with the square root of the number of nodes: so many lead to a wanted one. If a
+    number that is asked for cannot be had it is an error of the user's.
     """
     terms, points, triangles = case.spacing_terms, solution.points, solution.triangles
     nodes, told = float(target.nodes or terms.nodes or len(points)), case.warnings
     if target.error is not None:
         times = (estimate.relative / target.error) ** 2
-        nodes = len(points) * min(times, MOST_TIMES)
+        nodes = max(len(points) * min(times, MOST_TIMES), FEWEST)
         if times > MOST_TIMES:
             told = (
                 *told,
@@ -174,6 +175,8 @@ def _next_in_metric(
     mesh = (points, triangles) if part is None else split_nodes(points, triangles, part)
     values = solution.values if part is None else _split_values(solution, mesh[1])
     best = best_metric(*mesh, values / solution.unit)
+    if case.method not in (MULTILEVEL, IN_METRIC):
+        raise CaseError(f"method: {case.method} packs no metric: leave method out with --anisotropic")
     case = case.model_copy(update={"method": IN_METRIC})
     task, rules = task_of(case, domain), replace(rules_of(terms), growth=None)
     coarse, wanted = Spacing(partial(_everywhere, sizes[1])), nodes
@@ -185,7 +188,8 @@ def _next_in_metric(
         if abs(problem.expected_nodes / nodes - 1) < CLOSE:
             break
         wanted *= nodes / problem.expected_nodes
-    if abs(problem.expected_nodes / nodes - 1) > MISSED:
+    enough = target.error is not None and problem.expected_nodes > nodes  # the coarsest mesh has less of an error
+    if abs(problem.expected_nodes / nodes - 1) > MISSED and not enough:
         with at_key("nodes"):
             raise out_of_reach(nodes, problem.expected_nodes)
     return problem, {"unchanged": 0.0, "start": "method", "anisotropic": True}

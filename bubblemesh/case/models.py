@@ -50,6 +50,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+MULTILEVEL = "multilevel"  # the method of cases that name none
 IN_METRIC = "ellipses"  # the method that packs in a metric
 
 
@@ -213,7 +214,7 @@ class Case(Strict):
         description="Number of parts to pack side by side and join, or auto; else the mesh is made in one piece.",
     )
     method: str = Field(
-        default="multilevel", description="Name of the packing method; a case with a metric has ellipses."
+        default=MULTILEVEL, description="Name of the packing method; a case with a metric has ellipses."
     )
     packing: dict[str, Any] = Field(default={}, description="Options of the packing method, such as seed.")
     schedule: dict[str, Any] = Field(default={}, description="Rounds and iterations of the published methods.")

@@ -81,9 +81,9 @@ def solved(tensors: Floats, vectors: Floats) -> Floats:
 
 def axes(tensors: Floats) -> Axes:
     """Axes of the ellipses of positive tensors (n, 3); those of others are no numbers."""
-    strong, _, direction = eigen(tensors)
-    weak = determinants(tensors) / strong  # where the difference in the smaller eigenvalue would cancel
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        strong, _, direction = eigen(tensors)
+        weak = determinants(tensors) / strong  # where the difference in the smaller eigenvalue would cancel
         return Axes(1 / np.sqrt(strong), 1 / np.sqrt(weak), direction)
 
 

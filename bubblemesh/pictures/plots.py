@@ -41,6 +41,7 @@ COLOURS = 256
 TICKS = 5  # numbers along the longer side, at most
 FEWEST_PIXELS = 2.0  # length of an edge below which edges only darken the picture
 EDGE_SHARE, BOUNDARY_SHARE, NODE_SHARE = 0.025, 0.15, 0.22  # of the edges' length
+LARGEST_ELLIPSE = 10.0  # axes that are drawn, in terms of the size of the mesh
 ELLIPSE = "#d1495b"
 STANDARD = PlotOptions()
 
@@ -258,6 +259,8 @@ def _add_ellipses(axes: Axes, mesh: Mesh, shown: Booleans, data: MeshData, edge:
     nodes = np.unique(mesh.triangles[shown, :3])
     across, along, direction = axes_of(node_tensors(mesh.triangles, tensors, len(mesh.points))[nodes])
     angle = np.degrees(np.arctan2(direction[:, 1], direction[:, 0]))
+    # Of those far larger than the picture no more is seen, but they take long to draw.
+    along, across = (np.minimum(size, LARGEST_ELLIPSE * np.ptp(mesh.points, axis=0).max()) for size in (along, across))
     width = float(np.clip(EDGE_SHARE * edge * POINTS_PER_INCH, 0.2, 0.8))
     ellipses = EllipseCollection(
         along, across, angle, units="xy", offsets=mesh.points[nodes], offset_transform=axes.transData

@@ -17,6 +17,7 @@ from bubblemesh.files import local_copy
 from bubblemesh.geometry.distance.distances import distance_to_labels, require_labels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
+from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections
 from bubblemesh.meshfiles.read import read_nodal_field
 from bubblemesh.messages import counted, place
@@ -37,6 +38,10 @@ Value = float | Expression
 Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
+STATIONS, DIFFERENT = (
+    17,
+    1.5,
+)  # places looked at on periodic sides, and times that sizes may differ there
 TOLD = 1.001  # of the largest aspect: what is more of it is told
 COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
 ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
@@ -311,7 +316,26 @@ def in_metric(
     graded_one = _graded(domain, asked, metrics, max_nodes)
     if graded_one is not asked:
         asked, survey = graded_one, surveyed(domain, graded_one, max_nodes, cover)
-    return InMetric(tuple(metrics), asked, survey, told)
+    return InMetric(tuple(metrics), asked, survey, (*told, *_differing_sides(domain, asked)))
+
+
+def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
+    """Warning of a metric that differs between periodic sides."""
+    boundary, pairs = domain.boundary, domain.periodic
+    if len(pairs) == 0:
+        return
+    piece, share = np.repeat(pairs[:, 0], STATIONS), np.tile(np.linspace(0, 1, STATIONS), len(pairs))
+    s = share * boundary.lengths[piece]
+    mine, other, at = counterparts(boundary, pairs, piece, s)
+    here, there = boundary.points(piece[mine], s[mine]), boundary.points(other, at)
+    times = np.abs(np.log(spacing(here)) - np.log(spacing(there)))
+    k = int(times.argmax())
+    if times[k] > np.log(DIFFERENT):
+        yield (
+            f"metric: its sizes differ {np.exp(times[k]):.3g} times between periodic sides, at {place(here[k])} and "
+            f"{place(there[k])}: nodes there follow the smaller ones, and sizes jump beside the other side: make the "
+            "metric the same on both"
+        )
 
 
 def below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:

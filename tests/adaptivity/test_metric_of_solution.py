@@ -85,6 +85,26 @@ def test_a_number_of_nodes_that_cannot_be_had_is_refused_and_a_far_error_is_told
     assert any("needs more than 16 times the nodes" in text for text in result.report["warnings"])
 
 
+@pytest.mark.parametrize(
+    ("function", "error"),
+    [(lambda x, y: x * x + y * y, 0.2), (lambda x, y: 2 * x - 3 * y, 0.05), (lambda x, y: 0 * x, 0.05)],
+)
+def test_an_error_that_the_coarsest_mesh_does_not_have_leads_to_that(mesh, case, function, error, recwarn):
+    solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, function(*mesh.points.T))
+    result = bubblemesh.adapt(case, solution, anisotropic=True, error=error)
+    check_mesh(result.mesh)
+    assert len(result.mesh.points) < 60
+    assert result.report["quality"]["min"] > 0.8
+    assert not recwarn.list
+
+
+def test_methods_of_circles_are_refused(mesh):
+    case = bubblemesh.load_case("-", text=CASE + "method: bpm\n")
+    solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
+    with pytest.raises(CaseError, match="method: bpm packs no metric"):
+        bubblemesh.adapt(case, solution, anisotropic=True, nodes=300)
+
+
 def test_a_metric_is_scaled_for_a_number_of_nodes_within_limits(mesh):
     x, y = mesh.points.T
     best = best_metric(mesh.points, mesh.triangles, layer(x, y)[:, None])

@@ -593,6 +593,14 @@ def test_a_file_that_is_no_mesh_is_not_drawn(tmp_path):
     assert not (tmp_path / "a.png").exists()
 
 
+def test_ellipses_far_larger_than_the_mesh_are_drawn_no_larger_than_can_be_seen(mesh):
+    tensors = {"metric_11": 1e-40, "metric_12": 0.0, "metric_22": 1e-30}
+    data = MeshData({name: np.full(len(mesh.triangles), value) for name, value in tensors.items()})
+    figure = mesh_figure(mesh, PlotOptions(ellipses=True), data)
+    (ellipses,) = (part for part in figure.axes[0].collections if isinstance(part, EllipseCollection))
+    np.testing.assert_allclose(ellipses._widths * 2, 10 * np.ptp(mesh.points, axis=0).max())
+
+
 def test_ellipses_of_the_metric_are_drawn_at_the_nodes(mesh):
     count = len(mesh.triangles)
     tensors = {"metric_11": np.full(count, 25.0), "metric_12": np.zeros(count), "metric_22": np.full(count, 4.0)}

@@ -132,11 +132,22 @@ def test_a_mesh_that_lies_beside_the_domain_is_told(tmp_path, mesh):
         prepare(case_with(tmp_path, "m.vtu"))
 
 
-def test_an_angle_that_is_no_number_is_told_without_more_ado(recwarn):
-    case = load_case(
-        "a.yaml",
-        text="domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.1\nmetric: {across: 0.01, angle: 1/(x-x)}\n",
-    )
+SQUARE = "domain: {outer: {rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}}\nspacing: 0.1\n"
+
+
+@pytest.mark.parametrize(("sides", "told"), [("[l, r]", True), ("[b, t]", False)])
+def test_a_metric_that_differs_between_periodic_sides_is_told(sides, told):
+    text = SQUARE.replace("}}", "}, periodic: [PAIR]}").replace("PAIR", sides)
+    size = "(0.02 + 0.2*x)**-2"
+    found = prepare(load_case("a.yaml", text=f"{text}metric: {{m11: {size}, m22: {size}}}\n")).warnings
+    assert any("its sizes differ 5 times between periodic sides, at (0, " in warning for warning in found) == told
+
+
+@pytest.mark.parametrize(
+    "metric", ["across: 0.01, angle: 1/(x-x)", "m11: 100/abs(x-0.5), m22: 100", "m11: 1/(x-0.5), m22: 100"]
+)
+def test_a_metric_that_is_no_number_is_told_without_more_ado(recwarn, metric):
+    case = load_case("a.yaml", text=f"{SQUARE}metric: {{{metric}}}\n")
     with pytest.raises(BubblemeshError, match="is not positive definite and finite"):
         prepare(case)
     assert not recwarn.list
