@@ -241,13 +241,17 @@ class AlongWalls:
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        foot, tangent = self.domain.feet(np.column_stack([x, y]), *self.labels)
+        points = np.column_stack([x, y])
+        foot, tangent = self.domain.feet(points, *self.labels)
         ax, ay = x - foot[:, 0], y - foot[:, 1]
         distance = np.hypot(ax, ay)
         at_wall = distance <= CLOSE * self.domain.size
         # Around corners and ends they turn; what is all but on a wall has too short a way to it to tell the direction.
         around = np.column_stack([-ay, ax]) / np.where(at_wall, 1.0, distance)[:, None]
-        direction = np.where(at_wall[:, None], tangent, around)
+        # Outside, where straight edges are looked at that end there, a wall goes on as it was.
+        near = np.full(len(x), CLOSE * self.domain.size)
+        straight_on = at_wall | self.domain.surely_outside(points, near)
+        direction = np.where(straight_on[:, None], tangent, around)
         along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
         across = np.where(along > 0, np.minimum(self.across + self.growth * distance, along), np.nan)
         return Axes(across, along, direction)

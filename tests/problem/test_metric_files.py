@@ -132,6 +132,16 @@ def test_a_mesh_that_lies_beside_the_domain_is_told(tmp_path, mesh):
         prepare(case_with(tmp_path, "m.vtu"))
 
 
+@pytest.mark.parametrize("sides", [["bottom"], ["bottom", "left"]])
+def test_walls_that_end_at_others_are_as_straight_as_elsewhere(sides):
+    """Edges are looked at that reach beyond the domain, where the nearest place of a wall is its end."""
+    square = "domain: {outer: {rectangle: [0, 0, 1, 1], labels: [bottom, right, top, left]}}\nspacing: 0.1\n"
+    metric = f"metric: {{like: boundary, label: {sides}, across: 0.001, growth: 0.2}}\n"
+    found = prepare(load_case("a.yaml", text=square + metric)).packing_spacing
+    ends = np.array([[x, 0.0] for x in (0.97, 0.99, 0.999, 1.0)])
+    np.testing.assert_allclose(found.shares(ends), 1)
+
+
 SQUARE = "domain: {outer: {rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}}\nspacing: 0.1\n"
 
 
