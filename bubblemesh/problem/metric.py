@@ -44,6 +44,8 @@ STATIONS, DIFFERENT = (
 )  # places looked at on periodic sides, and times that sizes may differ there
 TOLD = 1.001  # of the largest aspect: what is more of it is told
 COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
+SAME_AS_M12 = {3: 1, 4: 2, 9: 3}  # column of m21, by the same
+UNEQUAL = 1e-6  # relative difference of the two that is more than rounding of short numbers
 ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
 LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
 INFINITE = 1e100  # size that asks for nothing
@@ -152,6 +154,10 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
                 "matrix"
             )
         tensors = read.values[:, columns]
+        other = read.values[:, SAME_AS_M12[read.values.shape[1]]]
+        bad = np.flatnonzero(np.abs(other - tensors[:, 1]) > UNEQUAL * np.abs(tensors).max(axis=1))
+        if len(bad):
+            raise CaseError(f"is not symmetric at {place(read.points[bad[0]])}: m12 and m21 have to be the same")
         sizes = area_sizes(tensors)
         bad = np.flatnonzero(~(np.isfinite(sizes) & (sizes > 0)))
         if len(bad):

@@ -154,7 +154,8 @@ def _told(
         *domain.notes,
         *request.warnings,
         *warnings.sharp_angles(domain),
-        *warnings.detail(detail),
+        # How many nodes detail takes is known for circles only.
+        *(warnings.refined_boundary(fitted.short, fitted.coarse) if request.metrics else warnings.detail(detail)),
         *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
         *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.wanted),
     )

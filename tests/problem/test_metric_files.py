@@ -108,6 +108,12 @@ def test_what_is_no_metric_is_told_with_the_key_and_the_file(tmp_path, mesh):
     write_vtu(mesh, tmp_path / "bad.vtu", m=bad)
     with pytest.raises(BubblemeshError, match=r"metric: .*bad\.vtu: m: ?is not positive definite and finite at \("):
         prepare(case_with(tmp_path, "bad.vtu"))
+    turned = tensors(mesh.points)[:, [0, 1, 1, 2]] + [0, 0, 1, 0]
+    write_vtu(mesh, tmp_path / "turned.vtu", m=turned)
+    with pytest.raises(
+        BubblemeshError, match=r"turned\.vtu: m: ?is not symmetric at \(.*m12 and m21 have to be the same"
+    ):
+        prepare(case_with(tmp_path, "turned.vtu"))
     with pytest.raises(BubblemeshError, match=r"missing\.vtu"):
         prepare(case_with(tmp_path, "missing.vtu"))
     write_medit(mesh, tmp_path / "alone.mesh", tensors(mesh.points))
