@@ -57,6 +57,8 @@ class Partition:
         Both triangles of a pair in ``quads`` (q, 2) come into one part. CaseError if there are fewer triangles, such a
         pair being one.
         """
+        if not isinstance(count, int | np.integer):
+            raise CaseError(f"the number of parts must be a whole one (found {count!r})")
         own = np.arange(len(triangles))
         other = own.copy()
         other[quads] = quads[:, ::-1]

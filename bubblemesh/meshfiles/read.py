@@ -261,9 +261,10 @@ def read_field(path: Path, name: str | None) -> FieldData:
     if name is not None and name not in known:
         raise CaseError(f"{path}: has no data {name!r}: it has {', '.join(known) or 'none'}")
     data = _own_names(known)
+    if name is None and not data:
+        raise CaseError(f"{path}: has no data: write values at its nodes or of its cells")
     if name is None and len(data) != 1:
-        listed = f" ({', '.join(data)})" if data else ""
-        raise CaseError(f"{path}: has data of {len(data)} names{listed}: give the name of one")
+        raise CaseError(f"{path}: has data of {len(data)} names ({', '.join(data)}): give the name of one")
     name = name or data[0]
     if name in source.point_data:
         return FieldData(name, points, triangles, _one_number_each(path, name, source.point_data[name]), None)

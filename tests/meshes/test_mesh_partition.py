@@ -167,6 +167,11 @@ def test_parts_of_few_triangles_are_balanced_by_whatever_divides_them(count):
     assert (partition.reason is None) == (partition.by == "METIS")
 
 
+def test_parts_of_a_part_are_refused():
+    with pytest.raises(CaseError, match="the number of parts must be a whole one"):
+        holed_square(9).partitioned(2.5)
+
+
 @pytest.mark.parametrize("count", [-1, 0, 145])
 def test_other_numbers_of_parts_are_refused(count):
     with pytest.raises(CaseError, match=f"a mesh of 144 triangles has from 1 to 144 parts, not {count}"):

@@ -109,7 +109,7 @@ class TestReadField:
     @pytest.mark.parametrize(
         ("data", "name", "message"),
         [
-            ({}, None, r"has data of 0 names: give"),
+            ({}, None, r"has no data: write values"),
             ({}, "h", r"has no data 'h': it has none"),
             ({"h": np.ones(4), "g": np.ones(4)}, None, r"has data of 2 names \(h, g\): give the name of one"),
             ({"h": np.ones(4), "g": np.ones(4)}, "k", r"has no data 'k': it has h, g"),
