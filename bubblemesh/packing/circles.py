@@ -1,6 +1,7 @@
 """Packing of circles: what each round does to bubbles whose spacing is the same in all directions."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.packing.annealing import Rank
@@ -55,6 +56,8 @@ class CirclePacking:
             relaxed = self._relaxed(self.net, self._steps(stage, number), number, odd)
         self.net = connect_inside(relaxed.bubbles, self.setting.domain, self.spacing, self.net)
         return relaxed
+
+    lacks_many: ClassVar[bool] = False  # what is missing comes in a round or two
 
     def control(self) -> int:
         """Control the population; the number of new bubbles."""

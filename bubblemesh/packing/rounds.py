@@ -18,6 +18,8 @@ from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
+MOST_ROUNDS = 60  # on a level, if bubbles are missing
+
 
 @record
 class Round:
@@ -65,6 +67,10 @@ class Packing(Protocol):
 
     def control(self) -> int:
         """Control the population; the number of new bubbles."""
+
+    @property
+    def lacks_many(self) -> bool:
+        """Whether so many bubbles are missing yet that rounds go on even if few come in each."""
 
     def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
         """Finish the packing in its last round; the number of new bubbles, and the motion."""
@@ -140,6 +146,8 @@ def _rounds(packing: Packing, method: Method, stage: Stage, first: int) -> Itera
         # 3. The change of their number tells whether to stop, and whether the odd ones get their own viscosity.
         counts.append((before, len(packing.net.bubbles)))
         reason = method.termination(counts)
+        if packing.lacks_many and len(counts) < MOST_ROUNDS:
+            reason = None
         odd = method.odd.active(*counts[-1])
         # 4. At the end of the packing they relax once more, or are smoothed.
         if reason is not None and stage.finishing:

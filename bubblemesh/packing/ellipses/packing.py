@@ -24,6 +24,7 @@ from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
+LACKING = 0.05  # of all bubbles: if so many are missing the population is not settled
 LAST_PASSES = 2  # of the smoothing, after trials
 MOST_COST = 1.0  # of a triangle, where a packing is judged as a whole
 # Costs in terms of a step of relaxation, as measured.
@@ -39,6 +40,7 @@ class EllipsePacking:
     spacing: MetricSpacing
     schemes: Schemes
     setting: Setting
+    missing: int = 0  # bubbles that the area lacked after the last population control
 
     @classmethod
     def of(cls, start: Bubbles, spacing: Spacing, setting: Setting) -> "EllipsePacking":
@@ -85,8 +87,16 @@ class EllipsePacking:
     def control(self) -> int:
         """Control the population; the number of new bubbles."""
         change = controlled(self.ellipses, self.spacing, self.schemes.population)
-        self.ellipses = change.net
+        self.ellipses, self.missing = change.net, change.missing
         return change.inserted
+
+    @property
+    def lacks_many(self) -> bool:
+        """Whether so many bubbles are missing yet that rounds go on even if few come in each.
+
+        The start misses layers far thinner than its cells, and bubbles come by halving what edges are there.
+        """
+        return self.missing > LACKING * len(self.ellipses.tensors)
 
     def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
         """Finish the packing by passes of smoothing, with mending between the first and trials before the last ones.

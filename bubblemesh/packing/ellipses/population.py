@@ -27,10 +27,11 @@ HALF, QUARTER = 0.5, 0.25  # of a bubble: what is too much there, and the least 
 
 
 class Controlled(NamedTuple):
-    """A net after population control, and how many bubbles came."""
+    """A net after population control, how many bubbles came, and how many are missing."""
 
     net: EllipseNet
     inserted: int
+    missing: int  # bubbles that the area lacks yet, negative for too many
 
 
 def controlled(ellipses: EllipseNet, spacing: MetricSpacing, defects: Defects) -> Controlled:
@@ -45,7 +46,8 @@ def controlled(ellipses: EllipseNet, spacing: MetricSpacing, defects: Defects) -
         spliced, halved = number[triangles], halved[:0]
     x = net.bubbles.x[halved].mean(axis=1)
     grown = rest.append(x, np.ones(len(x)))
-    return Controlled(flipped_net(net, grown, spliced, spacing), len(x))
+    missing = lacking.whole + int(gone.sum()) - len(x)
+    return Controlled(flipped_net(net, grown, spliced, spacing), len(x), missing)
 
 
 class Lack(NamedTuple):

@@ -198,6 +198,19 @@ def test_as_many_bubbles_are_packed_as_the_area_in_the_metric_has_room_for():
     assert measures_in(front(), x, triangles).radius_ratios.mean() > 0.95
 
 
+@pytest.mark.parametrize("across", [1e-3, 1e-4])
+def test_layers_far_thinner_than_the_cells_of_the_start_get_their_bubbles(across):
+    def tensors(x, y):
+        sizes = np.minimum(across + 0.2 * np.maximum(y, 0), 0.1), np.full(len(x), 0.1)
+        return of_axes(*sizes, np.tile([1.0, 0.0], (len(x), 1)))
+
+    *_, last = packed(SQUARE, tensor_metric(tensors, 0.1 / across))
+    x = last.bubbles.x[last.bubbles.interior]
+    low, high = 5 * across, 100 * across
+    wanted = 2 / np.sqrt(3) * np.log((across + 0.2 * high) / (across + 0.2 * low)) / (0.1 * 0.2)
+    assert ((x[:, 1] > low) & (x[:, 1] < high)).sum() == pytest.approx(wanted, rel=0.2)  # half of them were missing
+
+
 def test_annealing_leaves_bubbles_alone_where_ellipses_are_shorter():
     spacing, net = front(), settled_ellipses()
     schemes = Schemes.of(replace(METHOD, annealing=replace(METHOD.annealing, shake_steps=0)))
