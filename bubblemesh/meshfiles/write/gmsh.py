@@ -30,6 +30,8 @@ from bubblemesh.meshfiles.text import lines, numbered, write_text
 KINDS = {"line": 1, "triangle": 2, "quad": 3, "hexahedron": 5, "wedge": 6, "line3": 8, "triangle6": 9, "quad9": 10}
 KINDS |= {"vertex": 15}
 
+ENDS = "periodic-ends"  # name of the points where periodic sides meet others
+
 Holders = Mapping[int, Sequence[int]]
 """Parts, from 1, that hold a cell as a ghost, for each cell that is one, by its number."""
 NO_HOLDERS: Holders = {}
@@ -47,7 +49,7 @@ class Block(NamedTuple):
 
     @property
     def tags(self) -> tuple[Integers, Integers]:
-        """Numbers (m,) of the groups, 0 for none, and of the elementary entities, which readers want of all cells."""
+        """Numbers (m,) of the groups and of the elementary entities: readers want both, and none of them 0."""
         return self.ids, self.ids if self.entities is None else self.entities
 
 
@@ -64,7 +66,7 @@ def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
     """
     with path.open("wb") as file:
         file.write(b"$MeshFormat\n2.2 1 8\n%b\n$EndMeshFormat\n" % np.int32(1).tobytes())
-        groups = sorted(group_names(mesh).items(), key=lambda item: item[1].dimension)  # as meshio writes them
+        groups = sorted(_groups(mesh).items(), key=lambda item: item[1].dimension)  # as meshio writes them
         file.write("".join(names_text(groups)).encode())
         file.write(b"$Nodes\n%d\n" % len(mesh.points))
         nodes = np.zeros(len(mesh.points), [("number", "i4"), ("place", "f8", 3)])
@@ -93,14 +95,14 @@ def as_meshio(mesh: Mesh) -> Any:
         mesh.points,
         [(block.kind, block.cells) for block in blocks],
         cell_data={"gmsh:physical": groups, "gmsh:geometrical": entities},
-        field_data={name: np.array(group) for name, group in group_names(mesh).items()},
+        field_data={name: np.array(group) for name, group in _groups(mesh).items()},
         gmsh_periodic=periodic_entities(mesh) or None,
     )
 
 
 def write_msh_ascii(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write what `write_msh` does as text; cells have the tags of the parts that hold them as ghosts, too."""
-    text = _plane_text(mesh, _blocks(mesh, halo=True), list(group_names(mesh).items()))
+    text = _plane_text(mesh, _blocks(mesh, halo=True), list(_groups(mesh).items()))
     write_text(path, chain(text, periodic_text(periodic_entities(mesh))))
 
 
@@ -108,7 +110,7 @@ def write_words(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write what `write_msh_ascii` does but for matching nodes, the groups by words, as Netgen cuts names at spaces."""
     words = plain_words(mesh)
     groups = [(words[name], group) for name, group in group_names(mesh).items()]
-    write_text(path, _plane_text(mesh, _blocks(replace(mesh, partition=None)), groups))
+    write_text(path, _plane_text(mesh, _blocks(replace(mesh, partition=None, periodic=mesh.periodic[:0])), groups))
 
 
 def write_boundary(mesh: Mesh, fields: Fields, path: Path) -> None:
@@ -184,13 +186,26 @@ def _blocks(mesh: Mesh, *, halo: bool = False) -> list[Block]:
     ids, ends = node_ids(mesh), ends_of_periodic_sides(mesh)
     nodes = np.append(mesh.labelled_nodes, ends)
     if len(nodes):
-        known = len(mesh.labels) + len(mesh.regions) + len(mesh.point_labels)
-        groups, entities = (
-            np.append(ids, more) for more in (np.zeros(len(ends), np.int64), known + numbered(len(ends)))
-        )
+        first = _id_of_ends(mesh)
+        groups, entities = np.append(ids, np.full(len(ends), first)), np.append(ids, first + np.arange(len(ends)))
         parts = None if mesh.partition is None else mesh.partition.node_owner[nodes] + 1
         blocks.insert(0, Block("vertex", nodes[:, None], groups, parts, entities=entities))
     return blocks
+
+
+def _groups(mesh: Mesh) -> dict[str, Group]:
+    """Groups by their names, with one for ends of periodic sides: readers want all cells to be in one with a name."""
+    found = dict(group_names(mesh))
+    if len(ends_of_periodic_sides(mesh)):
+        name = ENDS
+        while name in found:
+            name += "-"
+        found[name] = Group(_id_of_ends(mesh), 0)
+    return found
+
+
+def _id_of_ends(mesh: Mesh) -> int:
+    return 1 + len(mesh.labels) + len(mesh.regions) + len(mesh.point_labels)
 
 
 def ends_of_periodic_sides(mesh: Mesh) -> Integers:
