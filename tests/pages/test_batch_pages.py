@@ -104,7 +104,7 @@ def test_what_ends_a_batch_is_told_even_if_the_index_cannot_be_written(folder, m
 def test_time_limit_of_a_case_is_its_row(folder):
     # The time kept for finishing 130,000 nodes is longer than the limit: packing ends at its first step.
     (folder / "cases/a.yaml").write_text(CASE.format(0.003))
-    process = batch("cases/a.yaml", "-o", "out", "--time-limit", "7", folder=folder)
+    process = batch("cases/a.yaml", "-o", "out", "--time-limit", "3.5", folder=folder)
     assert process.returncode == 6
     (row,) = rows_of(folder)
     assert "time limit" in row["error"]
