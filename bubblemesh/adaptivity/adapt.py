@@ -159,6 +159,8 @@ def _next_in_metric(
     The error of the gradient falls with the square root of the number of nodes: so many lead to a wanted one. If a
     number that is asked for cannot be had it is an error of the user's.
     """
+    if case.method not in (MULTILEVEL, IN_METRIC):
+        raise CaseError(f"method: {case.method} packs no metric: leave method out with --anisotropic")
     terms, points, triangles = case.spacing_terms, solution.points, solution.triangles
     nodes, told = float(target.nodes or terms.nodes or len(points)), case.warnings
     if target.error is not None:
@@ -175,8 +177,6 @@ def _next_in_metric(
     mesh = (points, triangles) if part is None else split_nodes(points, triangles, part)
     values = solution.values if part is None else _split_values(solution, mesh[1])
     best = best_metric(*mesh, values / solution.unit)
-    if case.method not in (MULTILEVEL, IN_METRIC):
-        raise CaseError(f"method: {case.method} packs no metric: leave method out with --anisotropic")
     case = case.model_copy(update={"method": IN_METRIC})
     task, rules = task_of(case, domain), replace(rules_of(terms), growth=None)
     coarse, wanted = Spacing(partial(_everywhere, sizes[1])), nodes

@@ -19,7 +19,7 @@ def connected_without_lost(
     Facets stay, and those of the ``rim`` bound the domain. None where no node has left it, or that does not tell: then
     all nodes have to be triangulated anew.
     """
-    lost = _outside(start, x, triangles, facets, rim)
+    lost = _outside(x, triangles, facets, rim)
     if lost is None or not lost.any() or all_of_rows(taken(lost, edges)).any():
         return None
     rest, done = removed(start, triangles, lost)
@@ -30,7 +30,7 @@ def connected_without_lost(
     return None if found is None else (kept[found.triangles], kept[found.edges])
 
 
-def _outside(start: Floats, x: Floats, triangles: Integers, facets: Integers, rim: Integers) -> Booleans | None:
+def _outside(x: Floats, triangles: Integers, facets: Integers, rim: Integers) -> Booleans | None:
     """Nodes (n,) that have left through a facet of the rim; None where rounding would decide, or there are many.
 
     The triangle behind that facet is turned over then. If flips on the way have put other nodes there, these are not

@@ -65,7 +65,7 @@ class Bounds:
         return np.asarray(np.maximum(np.abs(self.low), np.abs(self.high)))
 
     def only_where(self, known: Booleans) -> "Bounds":
-        """These bounds in the boxes (n,) where they are known, and infinite ones elsewhere."""
+        """The bounds in the boxes (n,) where they are known, and infinite ones elsewhere."""
         low, high = np.where(known, self.low, -np.inf), np.where(known, self.high, np.inf)
         return Bounds(low, high, np.where(known, self.slopes, np.inf))
 
