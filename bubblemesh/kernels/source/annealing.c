@@ -176,8 +176,9 @@ static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, 
 KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64_t *edges, int64_t known,
                       int32_t *twins, int64_t facet_count, const int64_t *facets, double *start, double *x,
                       int64_t fixed, const char *calm, const double *d, const double *strength, double cutoff,
-                      const double *most, double dt, int64_t steps, const double *c, int64_t cycles, const double *inside,
-                      const double *beside, int64_t seed, int64_t first, double *speeds, int64_t *count, int64_t *done)
+                      const double *most, double dt, int64_t steps, const double *c, int64_t cycles,
+                      const double *inside, const double *beside, int64_t seed, int64_t first, double *speeds,
+                      int64_t *count, int64_t *done)
 {
     const Bubbles bubbles = {n, fixed, x, d, calm};
     const Rules rules = {strength, most, cutoff, dt, steps};
