@@ -1,9 +1,10 @@
 """One mesh packed in parts: ``python -m benchmarks.large`` meshes in one piece, and in parts by 1 and 2 workers.
 
-One worker and two take turns, ``--turns`` times, and of each the run of median time counts. Meshes of at most
-``--whole`` nodes are packed by 4 workers too, by 2 of which one is killed on the way, and by 2 of a Dask cluster. Files
-of parts have to be the same bytes, whoever packs them. It prints a table of wall and processor time, memory and
-quality, beside the cuts and away from them; ``-o docs/large.md`` writes it between the marks of that page.
+One worker and two take turns, ``--turns`` times: of each the run of median time counts, and of the speed-up the median
+of the turns. Meshes of at most ``--whole`` nodes are packed by 4 workers too, by 2 of which one is killed on the way,
+and by 2 of a Dask cluster; of larger ones there are three turns at the most. Files of parts have to be the same bytes,
+whoever packs them. It prints a table of wall and processor time, memory and quality, beside the cuts and away from
+them; ``-o docs/large.md`` writes it between the marks of that page.
 """
 
 import argparse
@@ -39,6 +40,7 @@ PEERS = Path(__file__).parents[1] / "configs" / "peers" / "example-3.yaml"
 # Nodes of Example 3 and of the coast at the scale 1; the number goes with the square of the scale.
 NODES_AT_ONE, COAST_AT_ONE = 668.0, 5100.0
 TICK = 0.1  # seconds between two looks at the memory
+MOST_TURNS = 3  # of what is too large to be run in all ways
 LEAST_PARTS = 4  # so that there is one for each of 4 workers
 SETTLED = 5.0  # seconds that workers of a cluster take to start
 SAMPLE, ROWS = 1_000_000, 10_000  # triangles whose distance from cuts is looked up, and how many follow each other
@@ -100,7 +102,7 @@ def ran(name: str, path: Path, *options: str, kill_after: float = inf, others: S
     command = [sys.executable, "-m", "bubblemesh", "run", str(path), "-q", "-o", str(folder), *options]
     before, begun = processor_seconds(others), perf_counter()
     process, peaks, together = subprocess.Popen(command), dict[int, float](), 0.0
-    while process.poll() is None:
+    while not has_ended(process):
         workers = [*children_of(process.pid), *others]
         held = {pid: memory_of(pid) for pid in (process.pid, *workers)}
         peaks |= {pid: max(peaks.get(pid, 0.0), megabytes) for pid, megabytes in held.items()}
@@ -108,12 +110,20 @@ def ran(name: str, path: Path, *options: str, kill_after: float = inf, others: S
         if perf_counter() - begun > kill_after:
             os.kill(workers[0], signal.SIGKILL)
             kill_after = inf
-        sleep(TICK)
     assert process.returncode == 0
     assert kill_after == inf, "the run ended before a worker was killed"
     seconds, cpu = perf_counter() - begun, processor_seconds(others) - before
     main = peaks.pop(process.pid)
     return Run(name, seconds, cpu, main, max(peaks.values(), default=0.0), together, digest_of(folder), folder)
+
+
+def has_ended(process: subprocess.Popen[bytes]) -> bool:
+    """Whether a process ends within a tick, without a wait beyond its end."""
+    try:
+        process.wait(TICK)
+    except subprocess.TimeoutExpired:
+        return False
+    return True
 
 
 def processor_seconds(others: Iterable[int]) -> float:
@@ -175,38 +185,47 @@ def beside_cuts(path: Path, run: Run) -> dict[str, tuple[float, float]]:
     return {name: (float(q[mine].mean()), float(np.quantile(q[mine], 0.01))) for name, mine in groups.items()}
 
 
-def in_parts(path: Path, parts: int, turns: int, small: bool) -> Iterator[Run]:
-    """Runs of a case in parts by 1 and 2 workers, in turns; if it is ``small``, also in all other ways."""
+def in_parts(path: Path, parts: int, turns: int, small: bool) -> Iterator[tuple[Run, str]]:
+    """Runs in parts by 1 and 2 workers, in turns, with their speed-ups; if ``small``, also in all other ways."""
     options = "--parts", str(parts), "--jobs"
     pairs = [(ran("1 worker", path, *options, "1"), ran("2 workers", path, *options, "2")) for _ in range(turns)]
     assert len({run.digest for pair in pairs for run in pair}) == 1, "the files depend on the turn"
     one, two = (sorted(runs, key=lambda run: run.seconds)[turns // 2] for runs in zip(*pairs, strict=True))
-    yield from (one, two)
+    gains = sorted(alone.seconds / shared.seconds for alone, shared in pairs)
+    yield from ((one, "1.00"), (two, f"{gains[turns // 2]:.2f} ({gains[0]:.2f} to {gains[-1]:.2f})"))
     if not small:
         return
-    yield ran("4 workers", path, *options, "4")
-    yield ran("2 workers, one killed", path, *options, "2", kill_after=two.seconds / 2)
+    for name, jobs, kill_after in (("4 workers", "4", inf), ("2 workers, one killed", "2", two.seconds / 2)):
+        run = ran(name, path, *options, jobs, kill_after=kill_after)
+        yield run, speed_up(one, run)
     if find_spec("distributed") is None:
         print("Dask is not installed: its workers are left out", file=sys.stderr)
         return
     with dask_workers(2, path.parent) as workers:
         sleep(SETTLED)
-        yield ran("2 of Dask", path, *options[:2], "--cluster", workers.address, others=workers.pids)
+        run = ran("2 of Dask", path, *options[:2], "--cluster", workers.address, others=workers.pids)
+    yield run, speed_up(one, run)
+
+
+def speed_up(one: Run, run: Run) -> str:
+    """How many times as fast a run was as that of one worker."""
+    return f"{one.seconds / run.seconds:.2f}"
 
 
 def table(name: str, path: Path, parts: int, turns: int, small: bool) -> list[str]:
     """Rows of a case in parts; if it is ``small``, also in one piece."""
     one = ran("one piece", path) if small else None
-    runs = list(in_parts(path, parts, turns, small))
-    assert len({run.digest for run in runs}) == 1, "the files depend on the workers"
-    q = beside_cuts(path, runs[0])
+    runs = list(in_parts(path, parts, turns if small else min(turns, MOST_TURNS), small))
+    alone = runs[0][0]
+    assert len({run.digest for run, _ in runs}) == 1, "the files depend on the workers"
+    q = beside_cuts(path, alone)
     rows = []
-    for run in runs if one is None else (one, *runs):
+    for run, gain in runs if one is None else ((one, speed_up(alone, one)), *runs):
         report = report_in(run.folder)
         quality, nodes = report["quality"], report["nodes"]
         cells = [
             *(name, run.name, f"{nodes:,}", str(report.get("parts", {}).get("number", 1))),
-            *(f"{run.seconds:.1f}", f"{runs[0].seconds / run.seconds:.2f}"),
+            *(f"{run.seconds:.1f}", gain),
             f"{1e6 * run.cpu / nodes:.1f}",
             *("" if one is None else f"{run.cpu / one.cpu:.2f}", *memory(run)),
             f"{quality['mean']:.4f} / {quality['p01']:.3f}",
