@@ -123,7 +123,7 @@ FORMATS: Mapping[str, Format] = {
         BOTH,
         periodic=True,
         partition=True,
-        solvers=("moose",),
+        solvers=("moose", "elmer"),
         quads=True,
     ),
     "msh4": Format(
@@ -139,13 +139,18 @@ FORMATS: Mapping[str, Format] = {
     "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",), quads=True),
     "pos": Format((".pos",), "write.pos.write_pos", None, points=False, sizes=True),
     "inp": Format(
-        (".inp",), "write.fem.write_plane_stress", "write.fem.set_names", BOTH, solvers=("calculix",), quads=True
+        (".inp",),
+        "write.fem.write_plane_stress",
+        "write.fem.set_names",
+        BOTH,
+        solvers=("calculix", "abaqus"),
+        quads=True,
     ),
     "inp-strain": Format((".inp",), "write.fem.write_plane_strain", "write.fem.set_names", BOTH, quads=True),
     "su2": Format(
         (".su2",), "write.flow.write_su2", "write.flow.marker_names", points=False, solvers=("su2",), quads=True
     ),
-    "med": Format((".med",), "write.fem.write_med", "groups.plain_words", BOTH, quads=True),
+    "med": Format((".med",), "write.fem.write_med", "groups.plain_words", BOTH, solvers=("code-aster",), quads=True),
     "dat": Format((".dat",), "write.viewers.write_tecplot", None, points=False, partition=True, quads=True),
     "openfoam": Format(
         (".msh",),

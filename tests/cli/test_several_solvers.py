@@ -56,7 +56,7 @@ def test_two_formats_of_one_ending_are_two_files(folder):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--for", "su2", "--for", "abaqus"], "--for: unknown solver 'abaqus': choose one of "),
+        (["--for", "su2", "--for", "ansys"], "--for: unknown solver 'ansys': choose one of "),
         (["--format", "msh", "--format", "obj"], "--format: unknown format 'obj': choose one of "),
         (["--for", "su2", "--format", "msh"], "--format and --for exclude each other"),
         (
@@ -67,8 +67,8 @@ def test_two_formats_of_one_ending_are_two_files(folder):
             ["--format", "vtu", "--format", "msh", "-o", "-"],
             "-o -: is one file, in the format vtu, and --format msh asks",
         ),
-        (["--set", "output.for=[su2, abaqus]"], "output.for.1: must be 'fenicsx', "),
-        (["--set", "output.for=abaqus"], "output.for: must be 'fenicsx', "),
+        (["--set", "output.for=[su2, ansys]"], "output.for.1: must be 'fenicsx', "),
+        (["--set", "output.for=ansys"], "output.for: must be 'fenicsx', "),
         (["--set", "output.for=[]"], "output.for: must not be empty"),
         (["--for", "fenicsx", "--for", "su2", "--set", "output.order=2"], "su2 has no form for triangles of order 2"),
     ],
