@@ -130,8 +130,9 @@ def _integral(parts: Parts, tolerance: float, max_nodes: int) -> float:
 
 
 def _too_many(needed: float, max_nodes: int) -> LimitError:
+    many = f"about {needed:.3g} nodes" if np.isfinite(needed) else "more nodes than can be counted"
     return LimitError(
-        f"{node_limit()}: the spacing needs about {needed:.3g} nodes, more than the limit of {max_nodes}: "
+        f"{node_limit()}: the spacing needs {many}, more than the limit of {max_nodes}: "
         "coarsen the spacing or raise the limit"
     )
 
