@@ -60,11 +60,12 @@ def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
             else (f"{count['least']} to {count['most']} layers")
         )
         heights = f", first {row['wanted']:.3g} x {first['mean']:.3f} (kept on {first['kept']:.1%})" if angle else ""
+        aspect = f", aspect {row['aspect']:.3g}" if first else ""
         upright = f", {angle['least']:.0f} degrees upright or more" if angle else ""
         beyond = "" if row["across_front"] is None else f", {row['across_front']:.2f} times the last one beyond"
         yield (
             f"{row['label']}{where}: {number} in {counted(row['columns'], 'column')}, {row['complete']:.1%} complete"
-            f"{heights}, aspect {row['aspect']:.3g}{upright}{beyond}"
+            f"{heights}{aspect}{upright}{beyond}"
         )
 
 

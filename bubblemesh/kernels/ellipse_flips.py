@@ -7,6 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.kernels.library import library
+from bubblemesh.kernels.linking import room_of_edges, shortened
 from bubblemesh.kernels.tensors import mapped, roots
 
 MOST_PASSES = 60
@@ -24,10 +25,10 @@ def flipped(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tupl
     compiled = library()
     if compiled is None:
         return flipped_in_numpy(triangles, x, m, facets)
-    result, edges, count = np.array(triangles, order="C"), np.empty((3 * len(triangles), 2), np.int64), np.zeros(1, int)
+    result, (edges, count) = np.array(triangles, order="C"), room_of_edges(triangles)
     given = np.ascontiguousarray(x), np.ascontiguousarray(m), len(facets), np.ascontiguousarray(facets)
     compiled.call("metric_flips", len(x), len(result), result, *given, MOST_PASSES, SURE, FLATTEST, edges, count)
-    return result, edges[: count[0]].copy()
+    return result, shortened(edges, count)
 
 
 def flipped_in_numpy(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tuple[Integers, Integers]:

@@ -23,8 +23,12 @@ class Library:
     """Functions in C, each of which gives 0, or -1 where memory was short."""
 
     def __init__(self, path: str) -> None:
-        self._functions = ctypes.CDLL(path)
-        if self._functions.kernels_version() != VERSION:
+        try:
+            self._functions = ctypes.CDLL(path)
+            version = self._functions.kernels_version()
+        except (OSError, AttributeError) as error:
+            raise FileError(f"{path} cannot be loaded ({error}): install bubblemesh anew") from None
+        if version != VERSION:
             raise FileError(f"{path} is of another version of bubblemesh: install bubblemesh anew")
 
     def call(self, name: str, *arguments: Argument) -> None:
@@ -42,7 +46,8 @@ def _as_c(argument: Argument) -> object:
         try:
             return _VIEW.from_buffer(argument.data)
         except TypeError:
-            assert argument.flags.c_contiguous
+            if not argument.flags.c_contiguous:
+                raise ValueError("kernels take contiguous arrays") from None
             return argument.ctypes.data_as(ctypes.c_void_p)  # which keeps the array, as a view does
     return ctypes.c_double(argument) if isinstance(argument, float) else ctypes.c_int64(argument)
 
@@ -51,7 +56,7 @@ def _as_c(argument: Argument) -> object:
 def library() -> Library | None:
     """The library, or None where kernels run in NumPy: no compiler built it, or the environment asks for that.
 
-    CaseError for a choice that there is not, FileError for a library that is missing or of another version.
+    CaseError for a choice that there is not, FileError for a library that is missing, broken or of another version.
     """
     choice = os.environ.get(CHOICE, "")
     if choice not in ("", COMPILED, NUMPY):

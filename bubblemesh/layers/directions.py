@@ -13,9 +13,8 @@ FAN = np.radians(40)  # beyond a straight angle: sharper convex corners have a f
 TIP = np.radians(120)  # the same: around tips and trailing edges one column would leave cells flat
 WIDEST = np.radians(30)  # between neighbours in a fan
 NARROWEST = np.radians(10)  # the same where the fan is so high that it would become coarse
-STRAY = np.radians(
-    2
-)  # more than half of the angle between edges, from what is halfway to a curve's normal that is told
+# More than half of the angle between edges, from what is halfway to a curve's normal that is told.
+STRAY = np.radians(2)
 HIGHEST_STRETCH = 4.0
 BLENDINGS = 20  # passes
 BEND = 0.5  # of the shorter edge beside a column: the height within which it bends

@@ -44,6 +44,7 @@ class LabelLayers:
     first : mapping of str to float
         ``least``, ``mean`` and ``largest`` first height above the wall over the wanted one, where there are layers, and
         ``kept``: the share of the wall's length on which it is the wanted one to 5 %.
+        Empty where all edges of the wall are as corners.
     count : mapping of str to int
         ``wanted`` number of layers (the most of any column), the ``least`` and ``most`` that columns have.
     complete : float
@@ -150,7 +151,6 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     order = np.argsort(np.where(low, share - 1, share), kind="stable")
     short = which[order[~full[order]]][:SHORTEST]
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
-    ratio = first[first > 0]
     next_ones = across[mine & np.isfinite(across)]
     return LabelLayers(
         label=label,
@@ -160,12 +160,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         columns=len(which),
         wanted=ladder.first,
         growth=ladder.growth,
-        first={
-            "least": float(ratio.min()) if len(ratio) else 0.0,
-            "mean": float(ratio.mean()) if len(ratio) else 0.0,
-            "largest": float(ratio.max(initial=0.0)),
-            "kept": float(length[(np.abs(first - 1) <= NEARLY).all(axis=1)].sum() / length.sum()),
-        },
+        first=_first_heights(first, length),
         count={
             "wanted": int(heights.wanted[which[columns.ladder[which] == number]].max(initial=0)),
             "least": int(count.min()),
@@ -182,6 +177,19 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         aspect=aspect,
         across_front=median(next_ones) if len(next_ones) else None,
     )
+
+
+def _first_heights(first: Floats, length: Floats) -> dict[str, float]:
+    """Figures of first heights (k, 2) over the wanted one, at edges of lengths (k,); none without any edge."""
+    if len(length) == 0:
+        return {}
+    ratio = first[first > 0]
+    return {
+        "least": float(ratio.min()) if len(ratio) else 0.0,
+        "mean": float(ratio.mean()) if len(ratio) else 0.0,
+        "largest": float(ratio.max(initial=0.0)),
+        "kept": float(length[(np.abs(first - 1) <= NEARLY).all(axis=1)].sum() / length.sum()),
+    }
 
 
 def _first_layer(strips: Strips, wanted: float, pairs: Integers) -> tuple[Floats, Floats, Floats, float]:

@@ -67,8 +67,9 @@ class Ladder:
         return np.append(0.0, np.cumsum(self.heights))
 
     def thickness_below(self, spacing: Floats) -> Floats:
-        """Height (n,) of all layers that are no higher themselves than a spacing (n,)."""
-        return np.asarray(self.tops[np.searchsorted(self.heights, spacing, side="right")])
+        """Height (n,) of all layers up to the first one that is higher itself than a spacing (n,)."""
+        highest = np.maximum.accumulate(self.heights)  # they may fall where a thickness asks for that
+        return np.asarray(self.tops[np.searchsorted(highest, spacing, side="right")])
 
 
 def first_of(count: int, thickness: float, growth: float) -> float:

@@ -16,7 +16,6 @@ class Cells(NamedTuple):
     """Cells of layers as triangles: the first 2 q are those of quadrilaterals, row k and row q + k of one."""
 
     triangles: Integers  # (t, 3): counter-clockwise
-    pair: Integers  # (t,): pair of columns that each lies between
     diagonals: Integers  # (q, 2): edges between two triangles that are one quadrilateral
     pair_of_quad: Integers  # (q,): pair of columns
 
@@ -112,10 +111,9 @@ class Strips:
         corners, pair = self.quads
         first = self._split_from_first(self.x[corners])
         a, b, c, d = np.where(first[:, None], corners, np.roll(corners, -1, axis=1)).T
-        three, beside = self.triangles
+        three, _ = self.triangles
         return Cells(
             np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d]), three]),
-            np.concatenate([pair, pair, beside]),
             np.column_stack([a, c]),
             pair,
         )

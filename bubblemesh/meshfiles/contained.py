@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BufferedReader, TextIOWrapper
 from pathlib import Path, PurePath
+from threading import Lock
 from typing import IO, Any, TypeVar
 
 from bubblemesh.errors import FileError, LimitError
@@ -17,6 +18,7 @@ Text = TypeVar("Text", str, bytes)
 
 MOST_UNPACKED = 1_000_000_000  # bytes
 CHUNK = 1 << 20
+ONE_AT_A_TIME = Lock()  # readers: meshio has one door for all threads
 MOST_ENDS = 1000  # how often the end may be read
 HDF = (".h5", ".h5m", ".hmf", ".med", ".cgns")
 INCLUDE = re.compile(rb"^[ \t]*\*[* \t]*include", re.IGNORECASE | re.MULTILINE)
@@ -169,15 +171,17 @@ def _opened(path: str, mode: str) -> IO[Any]:
 def bounded_reading() -> Iterator[None]:
     """Within the block, meshio opens files by the door of this package, and does not read without a bound.
 
-    The readers of many formats wait for a line beyond the end.
+    The readers of many formats wait for a line beyond the end. One thread at a time is in such a block, which may not
+    be in another one.
     """
     from meshio import _files as door
 
-    door.open = _opened
-    try:
-        yield
-    finally:
-        del door.open
+    with ONE_AT_A_TIME:
+        door.open = _opened
+        try:
+            yield
+        finally:
+            del door.open
 
 
 def _require_little(size: int) -> None:

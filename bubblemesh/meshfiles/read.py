@@ -22,18 +22,8 @@ from bubblemesh.meshfiles.sources.table import read_source, require_mesh
 from bubblemesh.messages import place, shown
 from bubblemesh.records import record
 
-SELF_CONTAINED = (
-    ".msh",
-    ".pos",
-    ".vtk",
-    ".vtu",
-    ".frd",
-    ".14",
-    ".grd",
-    ".gr3",
-    ".2dm",
-    ".nc",
-)  # whose readers open no further file
+# Endings of files whose readers open no further one.
+SELF_CONTAINED = ".msh", ".pos", ".vtk", ".vtu", ".frd", ".14", ".grd", ".gr3", ".2dm", ".nc"
 LONGEST_REASON = 200  # letters
 MMG = (".mesh", ".meshb")  # endings of files with data beside them
 NO_SOL = ": it has to be in a .sol file of the same name beside it"
@@ -348,7 +338,7 @@ def _blocks(source: Any, kinds: Container[str]) -> tuple[int, ...]:
 
 def _read(path: Path) -> Source:
     """Read all that a file holds, of a layer of prisms its lower side; a file that cannot be read is a FileError."""
-    if is_confined() and path.suffix not in SELF_CONTAINED:
+    if is_confined() and path.suffix.lower() not in SELF_CONTAINED:
         raise CaseError(f"{path}: may name other files: an untrusted case gives data as {', '.join(SELF_CONTAINED)}")
     with prefixed(path), opened(path) as stream:
         if not stream.peek(1):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.meshes.edges import edge_keys, one_sided
+from bubblemesh.meshes.edges import directed_sides, edge_keys, one_sided
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.read import read_mesh
@@ -39,8 +39,7 @@ def _depth(data: Mapping[str, Floats]) -> Floats:
 
 def with_boundary(mesh: Mesh) -> Mesh:
     """The mesh with its boundary edges as facets, the domain on their left, and a label where they had none."""
-    sides = np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
-    n = len(mesh.points)
+    sides, n = directed_sides(mesh.triangles), len(mesh.points)
     rim = sides[one_sided(sides, n)]
     facets = _along(mesh.facets[:, :2], rim, n)
     bare = rim[~np.isin(edge_keys(rim, n), edge_keys(facets, n))]

@@ -26,6 +26,9 @@ class OptionError(CaseError):
         self.message = message
         self.others: tuple[OptionError, ...] = ()  # faults of further keys
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.section, self.key, str(self)), vars(self)
+
 
 class Option(NamedTuple):
     """A key of a case that some method knows, what it means, and the JSON Schema of its values."""

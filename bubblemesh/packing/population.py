@@ -28,9 +28,7 @@ FEWEST_NEIGHBOURS = 4
 MANY_NEIGHBOURS = 8
 FEWEST_ON_A_WALL = 3  # of a bubble on a straight wall, that is two triangles with right angles
 CLOSE_ON_A_WALL = 0.92  # spacings
-WIDEST_CORNER = np.cos(
-    np.radians(80.0)
-)  # at a corner: two triangles of 45 degrees are better than one with a right angle
+WIDEST_CORNER = np.cos(np.radians(80.0))  # two triangles of 45 degrees are better than one with a right angle
 NEAREST_TO_CORNER = 0.6  # spacings that a new bubble keeps
 TOO_NEAR_CORNER = 0.5  # spacings within which one goes; less, so that none comes and goes in turns
 
@@ -197,10 +195,7 @@ class Defects:
         # What lies in a corner's angle cannot give way: it takes more to be too near.
         at_corner = any_of_rows(net.edges < net.bubbles.corners)
         i, j = net.edges[ratio < np.where(at_corner, TOO_NEAR_CORNER, self.delete_shorter)].T
-        # Of two bubbles too near to each other the one with fewer neighbours goes, and none of the boundary.
-        second = interior[j] & ((valence[j] <= valence[i]) | ~interior[i])
-        loser = np.where(second, j, i)
-        chosen[loser[interior[loser]]] = True
+        chosen[losers(i, j, valence, interior)] = True
         return maximal_independent_set(chosen, net.edges, np.arange(len(chosen)))
 
     def _too_long(self, net: Net, ratio: Floats, gone: Booleans) -> Integers:
@@ -214,6 +209,12 @@ class Defects:
         first = np.full(len(net.bubbles), len(edges))
         np.minimum.at(first, edges, rank[:, None])
         return edges[all_of_rows(first[edges] == rank[:, None])]
+
+
+def losers(i: Integers, j: Integers, valence: Integers, interior: Booleans) -> Integers:
+    """Of bubbles i (k,) and j (k,) too near to each other, those that go: with fewer neighbours, and inner ones."""
+    loser = np.where(interior[j] & ((valence[j] <= valence[i]) | ~interior[i]), j, i)
+    return loser[interior[loser]]
 
 
 def relative_lengths(bubbles: Bubbles, edges: Integers) -> Floats:

@@ -108,8 +108,12 @@ class Together:
         shares = (cuts.work / cuts.work.sum()).tolist()
         places = dict[int, Places]()
 
-        def job(cell: int) -> Job:
+        def part(cell: int) -> Domain:
             domain, places[cell] = division.part(cell)
+            return domain
+
+        def job(cell: int) -> Job:
+            domain = part(cell)
             method, rest = self._of_a_part(shares[cell]), (self.max_nodes, self.deadline)
             given = domain, places[cell], self.spacing, self.wanted, method, shares[cell] * expected_nodes, *rest
             return Job(f"the part around {_middle_of(domain.bounds)}", given)
@@ -123,13 +127,14 @@ class Together:
             self.on_done(margin.record)
             margins.append(margin)
         for cell in known:
-            job(cell)
+            part(cell)
         return [places[cell] for cell in range(cuts.cells)], margins
 
     def seams(self, net: Net, free: Booleans) -> tuple[Net, Integers]:
         """Pack strips of a net once more, as of `Strips.put_back`; bubbles that are ``free`` (n,) may move."""
         found, method, made = Strips.of(net, free), self._of_a_seam(), dict[int, Strip]()
-        work = [SEAMS_WORK / 2 * size / sum(found.sizes) for size in found.sizes]
+        sizes = found.sizes
+        work = [SEAMS_WORK / 2 * size / sum(sizes) for size in sizes]
 
         def job(number: int) -> Job:
             strip = made[number] = found[number]

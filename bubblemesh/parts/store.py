@@ -93,10 +93,12 @@ class InFolder:
         path = self._folder / NAME.format(number)
         try:
             with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-                return _record(kind, file, name)
+                if (found := _record(kind, file, name)) is None:
+                    raise KeyError(name)
+                return found
         except OSError as error:
             raise FileError(f"{path}: {unreadable(error, 'part')}") from None
-        except (BadZipFile, EOFError, KeyError, ValueError) as error:
+        except (BadZipFile, EOFError, KeyError, TypeError, ValueError) as error:  # TypeError of a single array
             raise FileError(f"{path}: this is no part of a mesh: remove it ({error})") from None
 
 

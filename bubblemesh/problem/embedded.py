@@ -30,7 +30,7 @@ def lines_of(keys: InnerKeys) -> Iterator[OpenPath]:
             made += 1
             yield replace(path, label=path.label or f"line-{made}", key=key, optional=line.outside == "skip")
     if isinstance(keys, FileDomain):
-        for path in drawn(readers.read_inner_lines(Path(keys.file), selection_of(keys)), keys):
+        for path in drawn(readers.read_inner_lines(Path(keys.file), named_in_file(keys)), keys):
             made += 1
             yield replace(path, label=f"line-{made}", key=DOMAIN)
 
@@ -38,7 +38,7 @@ def lines_of(keys: InnerKeys) -> Iterator[OpenPath]:
 def _lines(line: LineKeys) -> list[OpenPath]:
     if not isinstance(line, LineFile):
         return [rings.open_path(*pieces_of(line), line.label or "")]
-    found = readers.read_lines(Path(line.file), selection_of(line))
+    found = readers.read_lines(Path(line.file), named_in_file(line))
     return [path.labelled(line.label) for path in found]
 
 
@@ -60,10 +60,10 @@ def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
 def _points(point: PointKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
     if not isinstance(point, PointFile):
         return [InnerPoint(projected_point(point.at), point.label or "")], ()
-    places, notes = readers.read_points(Path(point.file), selection_of(point), point.name)
+    places, notes = readers.read_points(Path(point.file), named_in_file(point), point.name)
     return [InnerPoint(place.at, (point.label or place.label or "")) for place in places], notes
 
 
-def selection_of(keys: SelectedFile) -> Selection:
+def named_in_file(keys: SelectedFile) -> Selection:
     """Selection of what a file holds, whatever it is taken as."""
     return Selection(keys.layer, keys.feature, keys.scale or 1.0, keys.units)

@@ -1,5 +1,6 @@
 """Metrics of a case, bound to its domain, and the spacing in them."""
 
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -38,10 +39,7 @@ Value = float | Expression
 Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
-STATIONS, DIFFERENT = (
-    17,
-    1.5,
-)  # places looked at on periodic sides, and times that sizes may differ there
+STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times that sizes may differ there
 TOLD = 1.001  # of the largest aspect: what is more of it is told
 COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
 SAME_AS_M12 = {3: 1, 4: 2, 9: 3}  # column of m21, by the same
@@ -386,7 +384,7 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
 
     method = replace(METHODS[IN_METRIC], annealing=NoAnnealing())
     levels = method.levels(domain, spacing, 0)
-    *_, last = rounds(method.placement(domain, levels[0], max_nodes), domain, levels, method)
+    (last,) = deque(rounds(method.placement(domain, levels[0], max_nodes), domain, levels, method), maxlen=1)
     x, triangles = last.net.bubbles.x, last.net.triangles
     field = TensorField.of(x, triangles, graded(x, triangles, spacing.at(x), growth))
     return MetricSpacing.of(field, spacing.aspect)

@@ -6,7 +6,7 @@ from bubblemesh.errors import LimitError
 from bubblemesh.geometry.narrow_parts import Walls
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace
-from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
+from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
@@ -48,9 +48,8 @@ def with_narrow_parts_filled(walls: Walls, rules: Rules, before: Unfilled, max_n
         left_out = narrowest or left_out
         if len(gaps) == 0:
             break
-        growth = STEEPEST_GROWTH if rules.growth is None else min(rules.growth, STEEPEST_GROWTH)
         filled = limited_for_packing_across_sides(
-            walls.domain, before.after_periodic, gaps, growth, before.for_packing.ground
+            walls.domain, before.after_periodic, gaps, rules.packing_growth, before.for_packing.ground
         )
         try:
             return Filled(

@@ -313,9 +313,9 @@ def _few_points(ring: Floats, fixed: Booleans, spacing: Floats, short: float) ->
 
 
 def _near(ring: Floats, points: Integers, stay: Integers, least: Floats) -> list[int]:
-    """Mask (n,) of points of a ring (n, 2) that are nearer than the least distance (n,) to the one kept before.
+    """Numbers of those of some points (k,) of a ring (n, 2) that are too near to others that are kept.
 
-    Or to the next of those that stay.
+    They are nearer than the least distance (n,) to the one kept before, or to the next of those that ``stay``.
     """
     near, last = list[int](), ring[stay[-1]]
     following = ring[stay[np.searchsorted(stay, points) % len(stay)]]

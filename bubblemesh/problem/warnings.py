@@ -63,10 +63,9 @@ def narrow_parts(
 ) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if clearly narrower than that.
 
-    Of a ``wanted`` spacing in a metric the size across it counts.
-
-    Likewise where a line or point inside the domain is nearest to another one, or to a wall. If narrow parts are left
-    as they are since they would take too many nodes, the key that fills them is named.
+    Likewise where a line or point inside the domain is nearest to another one, or to a wall. Of a ``wanted`` spacing in
+    a metric the size across counts. If narrow parts are left as they are since they would take too many nodes, the key
+    that fills them is named.
     """
     boundary, corner = walls.domain.boundary, walls.reentrant
     piece, s = _samples(walls.domain)

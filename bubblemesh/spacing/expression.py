@@ -189,6 +189,9 @@ class UnknownNameError(CaseError):
         self.name = name
         self.follows = follows
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.name), vars(self)
+
 
 def checked_parameters(parameters: Mapping[str, float]) -> Parameters:
     """Parameters that expressions may name; CaseError as of `check_parameter_name`."""

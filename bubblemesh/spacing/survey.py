@@ -77,14 +77,14 @@ def ideal_nodes(
 ) -> float:
     """Number of nodes of a perfect packing.
 
-    It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus the
-    number of separate areas, minus that of holes; ``tolerance`` is the relative accuracy of the integrals, which are
+    It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus
+    Euler's characteristic of the domain; ``tolerance`` is the relative accuracy of the integrals, which are
     taken on a ``cover`` of the domain. LimitError if it is more than ``max_nodes``.
     """
     cover = cover or Cover.of(domain)
     over_area = _integral(Triangles.of(cover, spacing), tolerance, max_nodes)
     along = _integral(Intervals.of(cover, spacing, domain.boundary), tolerance, max_nodes)
-    ideal = max(over_area + along + domain.piece_count - domain.hole_count, FEWEST)
+    ideal = max(over_area + along + domain.euler_characteristic, FEWEST)
     if ideal > max_nodes:
         raise _too_many(ideal, max_nodes)
     return ideal
@@ -101,7 +101,7 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
     def count(spacing: Spacing) -> float:
         inverse = 1 / spacing(np.vstack([middles, sides]))
         over_area, along = weight @ inverse[: len(weight)] ** 2, lengths @ inverse[len(weight) :] / 2
-        return max(float(over_area + along) + domain.piece_count - domain.hole_count, FEWEST)
+        return max(float(over_area + along) + domain.euler_characteristic, FEWEST)
 
     return count
 

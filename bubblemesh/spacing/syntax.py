@@ -45,11 +45,10 @@ def parsed(text: str) -> ast.expr:
         raise _error("no comments in an expression", text, comment)
     if is_quantity(text):
         return ast.Name(text, lineno=1, col_offset=0, end_lineno=1, end_col_offset=len(text))
-    line = "".join(" " if character.isspace() else character for character in text)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            return ast.parse(line, mode="eval").body
+            return ast.parse(_one_line(text), mode="eval").body
     except (RecursionError, MemoryError):
         raise CaseError(f"the expression is nested too deeply: {shown(text)}") from None
     except SyntaxError as error:
@@ -58,6 +57,11 @@ def parsed(text: str) -> ast.expr:
         raise _error(f"not an expression ({shorten(error.msg, 100)})", text, column) from None
     except ValueError as error:
         raise CaseError(f"the expression is not readable text ({error}): {shown(text)}") from None
+
+
+def _one_line(text: str) -> str:
+    """The text with all kinds of blanks as spaces, of as many characters."""
+    return "".join(" " if character.isspace() else character for character in text)
 
 
 def _comment(text: str) -> int | None:
@@ -82,7 +86,7 @@ def _error(problem: str, text: str, start: int, end: int | None = None) -> CaseE
 
 def error_at(node: ast.expr, text: str, problem: str) -> CaseError:
     """Error for a problem with a node of the tree of ``text``."""
-    # The tree counts bytes of UTF-8.
-    encoded = text.encode()
+    # The tree counts bytes of UTF-8, of which other blanks than a space have several.
+    encoded = _one_line(text).encode()
     start, end = (len(encoded[:offset].decode()) for offset in (node.col_offset, node.end_col_offset))
     return _error(problem, text, start, end)

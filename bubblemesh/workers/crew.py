@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 from time import sleep
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar, cast
 
 from bubblemesh.errors import BubblemeshError, FileError, LimitError, prefixed
 from bubblemesh.workers.hire import Hire
@@ -45,12 +45,12 @@ def called(
 ) -> Iterator[tuple[int, T]]:
     """Results of a function for all jobs, as they come; a job whose worker dies is given to another one.
 
-    An error of the package that the function raises is raised here; LimitError or another for a job that takes a worker
-    with it each time, FileError if the workers are out of reach.
+    What the function raises is raised here; LimitError or another for a job that takes a worker with it each time,
+    FileError if the workers are out of reach.
     """
     left, again = enumerate(jobs), list[Given]()
     following: Given | None = next(left, None)
-    running = dict[Future[T], Given]()
+    running = dict[Future[Outcome[T]], Given]()
     # How often each job was given to a worker that died, and to one that left.
     attempts, recalls = Counter[int](), Counter[int]()
     missing: str | None = None
@@ -63,7 +63,7 @@ def called(
                 given = again.pop()
             elif following:
                 given, following = following, next(left, None)
-            running[workers.submit(function, *given[1].arguments)] = given
+            running[workers.submit(outcome, function, *given[1].arguments)] = given
         if not running:
             sleep(TICK)
         ended = wait_for_any(running)
@@ -71,7 +71,9 @@ def called(
             number, job = running.pop(future)
             problem = problem_of(future, workers)
             if problem is None:
-                yield number, future.result()
+                with prefixed(job.what):
+                    result = future.result().get()
+                yield number, result
                 continue
             left_it = future in workers.recalled
             recalls[number] += left_it
@@ -82,7 +84,29 @@ def called(
             again.append((number, job))
 
 
+class Outcome(NamedTuple, Generic[T]):
+    """What a function has returned, or raised."""
+
+    value: T | None
+    error: Exception | None
+
+    def get(self) -> T:
+        """The value; or the error is raised."""
+        if self.error is not None:
+            raise self.error
+        return cast(T, self.value)
+
+
+def outcome(function: Callable[..., T], *arguments: object) -> Outcome[T]:
+    """Outcome of a function, in whatever process: else its errors could not be told from those of the workers."""
+    try:
+        return Outcome(function(*arguments), None)
+    except Exception as error:
+        return Outcome(None, error)
+
+
 def _as_ours(problem: BaseException, workers: Workers, attempts: int) -> BaseException:
+    """Error of the package for a problem of the workers."""
     if isinstance(problem, BubblemeshError):
         return problem
     code, words = workers.failure(problem)

@@ -178,8 +178,12 @@ def _uninterrupted() -> Iterator[None]:
 
 
 def _send(stream: IO[bytes], value: object) -> None:
-    """Write a value as a message, behind its length: should it not be understood, the next one still is."""
-    content = pickle.dumps(value)
+    """Write a value as a message."""
+    _send_pickled(stream, pickle.dumps(value))
+
+
+def _send_pickled(stream: IO[bytes], content: bytes) -> None:
+    """Write a message behind its length: should it not be understood, the next one still is."""
     stream.write(len(content).to_bytes(8))
     stream.write(content)
     stream.flush()
@@ -209,7 +213,7 @@ def serve(staging: str) -> None:
     listener.start()
     with suppress(OSError):  # nobody takes answers any more
         while True:
-            _send(to_parent[0], _answer(calls.get()))
+            _send_pickled(to_parent[0], _answer(calls.get()))
     listener.join()
 
 
@@ -218,12 +222,13 @@ def load(module: str) -> None:
     import_module(module)
 
 
-def _answer(call: bytes) -> tuple[str, object]:
+def _answer(call: bytes) -> bytes:
+    """Answer to a call, pickled: what cannot be is an error like others."""
     try:
         function, arguments = pickle.loads(call)
-        return "value", function(*arguments)
+        return pickle.dumps(("value", function(*arguments)))
     except Exception as error:
-        return "error", error
+        return pickle.dumps(("error", error))
 
 
 def _taken(descriptor: int, mode: str) -> IO[bytes]:

@@ -54,9 +54,15 @@ def test_a_library_of_another_version_is_refused(monkeypatch):
         kernels.library()
 
 
+def test_a_library_that_is_broken_is_told(tmp_path):
+    (tmp_path / "_compiled.so").write_bytes(b"\x7fELF")
+    with pytest.raises(FileError, match=r"_compiled\.so cannot be loaded \(.*\): install bubblemesh anew"):
+        kernels.Library(str(tmp_path / "_compiled.so"))
+
+
 @needs_compiler
 def test_arrays_that_are_not_contiguous_never_reach_the_library():
-    with pytest.raises(AssertionError):
+    with pytest.raises(ValueError, match="contiguous"):
         kernels.library().call("spread", 0, np.zeros((4, 4))[:, 1])
 
 

@@ -21,6 +21,11 @@ def test_the_thickness_below_a_spacing_leaves_out_higher_layers():
     assert ladder.thickness_below(np.array([0.05, 0.1, 0.3, 0.4, 9])) == pytest.approx([0, 0.1, 0.3, 0.7, 1.5])
 
 
+def test_above_a_layer_that_is_too_high_lower_ones_do_not_count():
+    ladder = Ladder(("wall",), 1.0, 0.9, 3)
+    assert ladder.thickness_below(np.array([0.95, 1.0])) == pytest.approx([0, 2.71])
+
+
 @given(st.floats(1e-6, 1e3), GROWTHS, st.integers(1, 60))
 def test_the_first_height_of_a_thickness_gives_it_back(thickness, growth, count):
     ladder = Ladder(("wall",), first_of(count, thickness, growth), growth, count)

@@ -9,6 +9,7 @@ from invariants import check_area, check_arrays, check_edges, check_facets_do_no
 import bubblemesh
 from bubblemesh.arrays import members
 from bubblemesh.case import load_case
+from bubblemesh.console.report import show_quality
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.layers.heights import reached
 from bubblemesh.problem.prepare import prepare
@@ -499,6 +500,20 @@ def test_a_chamfer_takes_no_layers_away(cut):
     row = row_of(run(domain, {"on": "hole", "first": 0.005, "count": 8}), "hole")
     assert row["count"] == {"wanted": 8, "least": 8, "most": 8}
     assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
+
+
+def test_a_wall_whose_edges_are_all_as_corners_has_no_first_heights(capsys):
+    cut = 0.0099
+    corners = [[0, 0], [2, 0], [2, 2 - cut], [2 - cut, 2], [0, 2]]
+    domain = {"outer": {"polygon": corners, "labels": ["w", "w", "chamfer", "w", "w"]}}
+    result = run(domain, {"on": ["w", "chamfer"], "first": 0.03, "count": 2}, spacing=0.2)
+    row = row_of(result, "chamfer")
+    assert row["first"] == {}
+    assert row_of(result, "w")["first"]["kept"] == pytest.approx(1)
+    show_quality(result.report)
+    (line,) = (line for line in "".join(capsys.readouterr()).splitlines() if "chamfer:" in line)
+    assert "first" not in line
+    assert "aspect" not in line
 
 
 L_SHAPE = np.array([[1, 0.5], [2.5, 0.5], [2.5, 1], [1.8, 1], [1.8, 1.6], [1, 1.6]])

@@ -2,16 +2,20 @@
 
 import base64
 import os
+import sys
 import zlib
+from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import meshio
 import numpy as np
 import pytest
+from meshio import _files
 
 from bubblemesh.errors import FileError, LimitError
 from bubblemesh.meshfiles import contained
 from bubblemesh.meshfiles.read import read_field
+from bubblemesh.meshfiles.sources.other import read_other
 
 POINTS, CELLS = [[0.0, 0], [1, 0], [0, 1]], [("triangle", [[0, 1, 2]])]
 
@@ -97,6 +101,16 @@ def test_a_block_that_is_cut_off(tmp_path):
     path.write_text(text.replace(block, block[:12]))
     with pytest.raises(FileError, match="an array ends too early: the file is damaged"):
         read_field(path, "h")
+
+
+def test_files_are_read_in_several_threads_at_once(tmp_path):
+    paths = [written(tmp_path / f"{k}.vtu") for k in range(4)]
+    stream = sys.stdout
+    with ThreadPoolExecutor(4) as threads:
+        fields = list(threads.map(lambda k: read_other(paths[k % 4]).points, range(40)))
+    assert len(fields) == 40
+    assert sys.stdout is stream
+    assert not hasattr(_files, "open")
 
 
 def test_points_without_coordinates(tmp_path):

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -152,11 +153,25 @@ def assert_same(some, other):
         assert np.asarray(some).dtype == np.asarray(other).dtype
 
 
-@pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04" + bytes(100)])
+def archived(save, *columns):
+    stream = BytesIO()
+    save(stream, *columns)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        *(b"", b"no archive", b"PK\x03\x04" + bytes(100)),
+        *(archived(save, np.arange(3)) for save in (np.save, np.savez)),
+    ],
+)
 def test_what_is_no_part_is_told_with_its_file(tmp_path, content):
     (tmp_path / "part-0.npz").write_bytes(content)
     with pytest.raises(FileError, match=r"part-0\.npz: this is no part of a mesh: remove it"):
         InFolder(tmp_path).margin(0)
+    with pytest.raises(FileError, match=r"part-0\.npz: this is no part of a mesh: remove it"):
+        InFolder(tmp_path).core(0)
 
 
 @pytest.fixture

@@ -278,7 +278,9 @@ def test_only_two_modules_know_the_kinds_of_terms():
 def test_what_the_page_shows_works_from_top_to_bottom(tmp_path):
     program = "\n".join(text for language, text in BLOCKS if language == "python")
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, timeout=60)
-    for _, text in (block for block in BLOCKS if block[0] == "yaml"):
+    cases = [text for language, text in BLOCKS if language == "yaml"]
+    assert cases
+    for text in cases:
         result = mesh_case(load_case(tmp_path / "case.yaml", text=text, overrides=["packing.effort=fast"]))
         assert result.report["nodes"] > 100
         assert result.report["warnings"] == []

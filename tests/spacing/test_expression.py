@@ -101,6 +101,8 @@ REJECTED = [
     ("1 + radious", "column 5: unknown name 'radious'; did you mean 'radius'[?], at 'radious'"),
     ("z", "unknown name 'z'; allowed: x, y, pi, e, h"),
     ("gröẞe + zzz", "column 9: unknown name 'zzz'"),
+    ("1 +\u00a0foo", "column 5: unknown name 'foo'"),
+    ("1\u2003+\u00a0foo + 2", "column 5: unknown name 'foo'.*, at 'foo'"),
     ("sin", "'sin' is a function: give it 1 argument in parentheses"),
     ("1 + sqr(x)", "column 5: unknown function 'sqr'; did you mean 'sqrt'[?], at 'sqr.x.'"),
     ("__import__('os')", "unknown function '__import__'"),

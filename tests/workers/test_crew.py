@@ -1,18 +1,22 @@
 """Workers that pack the parts of one mesh: results of all jobs, whatever becomes of the workers."""
 
 import os
+import pickle
 import signal
 import sys
 from concurrent.futures import Future
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 from commands import command
 
 from bubblemesh.case import load_case
-from bubblemesh.errors import GeometryError, LimitError
+from bubblemesh.errors import CaseError, FileError, GeometryError, Key, LimitError, RequirementError, prefixed
+from bubblemesh.packing.configure import OptionError
 from bubblemesh.parts.work import Job
 from bubblemesh.run.pipeline import mesh_case
+from bubblemesh.spacing.expression import UnknownNameError
 from bubblemesh.workers.crew import called, crew_of
 from bubblemesh.workers.hire import workers_at
 from bubblemesh.workers.local import local_workers
@@ -104,6 +108,38 @@ def test_a_job_that_takes_each_worker_with_it_is_an_error_that_says_so(workers):
 def test_an_error_of_the_package_tells_its_job(workers):
     with pytest.raises(GeometryError, match=r"^the seam there: rings cross$"):
         list(called(workers, failing, [Job("the seam there", ("rings cross",))], print))
+
+
+@pytest.mark.parametrize(
+    ("function", "argument", "error"),
+    [(np.ones, 1 << 45, MemoryError), (int, "no number", ValueError), (chr, -1, ValueError)],
+)
+def test_any_other_error_is_what_it_is(workers, function, argument, error):
+    with pytest.raises(error):
+        list(called(workers, function, [Job("the part around here", (argument,))], print))
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        *(kind("there: a fault") for kind in (CaseError, GeometryError, RequirementError, FileError, LimitError)),
+        UnknownNameError("unknown name 'z'", "z", follows=True),
+        OptionError("packing", "seed", "must be a number"),
+    ],
+)
+def test_errors_of_the_package_travel_as_they_are(error):
+    error.about = Key(["spacing", 0])
+    with pytest.raises(type(error)) as caught, prefixed("case.yaml"):
+        raise error
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (type(again), str(again), vars(again)) == (type(error), str(error), vars(error))
+    assert str(again).startswith("case.yaml: ")
+
+
+def test_a_result_that_cannot_travel_is_an_error_that_says_so(workers):
+    with pytest.raises(FileError, match=r"^the seam there: no worker process could take it: .*pickle"):
+        list(called(workers, eval, [Job("the seam there", ("lambda: 0",))], print))
+    assert dict(called(workers, pow, [Job("", (3, 2))], print)) == {0: 9}
 
 
 def test_hired_workers_are_those_of_the_command_line():

@@ -1,4 +1,5 @@
 /* Flips of edges that make triangles Delaunay in a metric; see ellipse_flips.py. */
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -76,7 +77,7 @@ static char is_wrong(const Sides *s, const double *x, const double *m, int64_t s
     r11 = sqrt(sum[0]);
     r12 = sum[1] / r11;
     r22 = sum[2] - r12 * r12;
-    r22 = sqrt(r22 > 2.2250738585072014e-308 ? r22 : 2.2250738585072014e-308);
+    r22 = sqrt(r22 > DBL_MIN ? r22 : DBL_MIN);
     four[0] = a, four[1] = b, four[2] = c;
     for (k = 0; k < 3; k++) {
         double dx = x[2 * four[k]] - x[2 * e], dy = x[2 * four[k] + 1] - x[2 * e + 1];

@@ -122,7 +122,7 @@ SIDE_BY_SIDE static void pull(Edges *edges, double cutoff, double shortest)
         double l, force;
         a = sqrt(a > 0 ? a : 0), b = sqrt(b > 0 ? b : 0);
         a = a > shortest ? a : shortest, b = b > shortest ? b : shortest;
-        l = (2 * sqrt(a * b) + (a + b) / 2) / 3;
+        l = mean_length(a, b);
         force = ((1.25 * l - 2.375) * l) * l + 1.125;
         force = (l < cutoff ? force : 0.0) / l;
         edges->fx[k] = force * dx;

@@ -43,7 +43,7 @@ def read_other(path: Path, form: str | None = None) -> Source:
     chatter = io.StringIO()
     streams = contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter)
     try:
-        with streams[0], streams[1], bounded_reading():
+        with bounded_reading(), streams[0], streams[1]:  # the streams are those of all threads as well
             mesh: Any = meshio.read(path, file_format=form)
     except SystemExit:  # meshio's answer where no reader of the ending's formats succeeds, whose reasons it prints
         raise FileError(f"is no mesh that can be read ({_reason(chatter.getvalue(), path)})") from None

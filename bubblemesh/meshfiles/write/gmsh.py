@@ -82,7 +82,7 @@ def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
             file.write(rows.astype(np.int32).tobytes())
             number += count
         file.write(b"\n$EndElements\n")
-        file.write("".join(periodic_text(periodic_entities(mesh), "{:.16e}".format)).encode())
+        file.write("".join(periodic_text(periodic_entities(mesh), number="{:.16e}".format)).encode())
 
 
 def as_meshio(mesh: Mesh) -> Any:
@@ -158,13 +158,18 @@ def periodic_entities(mesh: Mesh) -> list[Matching]:
     return found
 
 
-def periodic_text(matches: Sequence[Matching], number: Callable[[float], str] = repr) -> Iterator[str]:
-    """Section of the entities that are copies; ``number`` spells the numbers of the maps."""
+def periodic_text(
+    matches: Sequence[Matching], head: str = "Affine", number: Callable[[float], str] = repr
+) -> Iterator[str]:
+    """Section of the entities that are copies, with nodes from 0; empty if there are none.
+
+    The maps have a ``head``: the word of version 2.2, or how many numbers follow in 4.1; ``number`` spells these.
+    """
     if not matches:
         return
     yield f"$Periodic\n{len(matches)}\n"
     for dimension, (copy, original), affine, nodes in matches:
-        yield f"{dimension} {copy} {original}\nAffine {' '.join(map(number, affine.tolist()))}\n{len(nodes)}\n"
+        yield f"{dimension} {copy} {original}\n{head} {' '.join(map(number, affine.tolist()))}\n{len(nodes)}\n"
         yield from lines("%d %d", nodes + 1)
     yield "$EndPeriodic\n"
 

@@ -22,16 +22,17 @@ from bubblemesh.meshfiles.groups import (
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 from bubblemesh.meshfiles.write.gmsh import (
     KINDS,
-    Matching,
     cell_parts,
     ends_of_periodic_sides,
     ghost_holders,
     names_text,
     periodic_entities,
+    periodic_text,
 )
 from bubblemesh.records import record
 
 POINTS, CURVES, SURFACES = range(3)  # dimensions
+MAP = "16"  # head of the maps of periodic sides: so many numbers follow
 
 
 @record
@@ -93,7 +94,7 @@ def write_msh4(mesh: Mesh, fields: Fields, path: Path) -> None:
         entities_text(mesh, whole, layers, mesh.partition),
         nodes_text(len(places), len(mesh.points), ((place, k, mesh.points[k]) for place, k in places)),
         elements_text(sum(len(layer.entities) for layer in cells), count, cell_blocks(cells)),
-        periodic_text(periodic_entities(mesh)),
+        periodic_text(periodic_entities(mesh), MAP),
     ]
     if mesh.partition is not None:
         before = len(mesh.labelled_nodes) + len(mesh.facets)
@@ -253,17 +254,6 @@ def elements_text(entities: int, count: int, blocks: Iterable[CellBlock]) -> Ite
         yield f"{entity.dimension} {entity.tag} {KINDS[kind]} {len(cells)}\n"
         yield from lines("%d" + " %d" * cells.shape[1], numbers, cells + 1)
     yield "$EndElements\n"
-
-
-def periodic_text(matches: Sequence[Matching]) -> Iterator[str]:
-    """Section of the entities that are copies, with nodes from 0; empty if there are none."""
-    if not matches:
-        return
-    yield f"$Periodic\n{len(matches)}\n"
-    for dimension, (copy, original), affine, nodes in matches:
-        yield f"{dimension} {copy} {original}\n16 {' '.join(map(repr, affine.tolist()))}\n{len(nodes)}\n"
-        yield from lines("%d %d", nodes + 1)
-    yield "$EndPeriodic\n"
 
 
 def ghosts_text(partition: Partition, numbers: Integers) -> Iterator[str]:

@@ -12,8 +12,9 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.sliced import Border, Slice, SlicedMesh, among
 from bubblemesh.meshfiles.text import write_text
-from bubblemesh.meshfiles.write.gmsh import periodic_entities
+from bubblemesh.meshfiles.write.gmsh import periodic_entities, periodic_text
 from bubblemesh.meshfiles.write.msh4 import (
+    MAP,
     SURFACES,
     CellBlock,
     Entity,
@@ -25,7 +26,6 @@ from bubblemesh.meshfiles.write.msh4 import (
     entities_text,
     ghosts_text,
     nodes_text,
-    periodic_text,
     whole_layers,
 )
 
@@ -71,7 +71,7 @@ def write_sliced_msh4(mesh: SlicedMesh, path: Path) -> None:
         elements_text(
             sum(len(layer.entities) for layer in (surfaces, curves, points)), before + mesh.triangles, cells()
         ),
-        periodic_text(periodic_entities(mesh.frame)),
+        periodic_text(periodic_entities(mesh.frame), MAP),
         ghosts_text(border.partition, before + border.cells + 1),
     ]
     write_text(path, chain.from_iterable(text))

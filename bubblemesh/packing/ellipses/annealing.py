@@ -6,10 +6,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.kernels import ellipse_annealing as kernel
-from bubblemesh.kernels import ellipse_motion as kernels
 from bubblemesh.kernels.annealing import Cycles
 from bubblemesh.kernels.ellipse_annealing import Relaxing, Tensors
+from bubblemesh.kernels.ellipse_annealing import annealed as annealed_at_once
+from bubblemesh.kernels.ellipse_motion import relaxed as relaxed_places
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.tensors import roots, unmapped
 from bubblemesh.packing.annealing import SEEDS, Annealing, NoAnnealing, deviations, disorder_marked
@@ -25,9 +25,7 @@ LOOK_AFTER = 10  # cycles: at the metric, and which ellipses are spared; bubbles
 def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats, Floats]:
     """Places (n, 2) of the bubbles after steps of motion from rest, and their mean speeds (steps,) in the metric."""
     net = ellipses.net
-    return kernels.relaxed(
-        net.bubbles.x, ellipses.tensors, net.triangles, net.edges, *_motion(ellipses, schemes, steps)
-    )
+    return relaxed_places(net.bubbles.x, ellipses.tensors, net.triangles, net.edges, *_motion(ellipses, schemes, steps))
 
 
 def _motion(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[int, int, float, float]:
@@ -76,7 +74,7 @@ def _through(ellipses: EllipseNet, schemes: Schemes, cycles: Cycles, steps: int)
             ellipses = _once(ellipses, schemes, cycles.after(number), root, steps)
         return ellipses
     tensors, relaxing = Tensors(ellipses.tensors, root), Relaxing(*_motion(ellipses, schemes, steps))
-    return ellipses.by(*kernel.annealed(compiled, net.bubbles.x, net.triangles, net.facets, tensors, relaxing, cycles))
+    return ellipses.by(*annealed_at_once(compiled, net.bubbles.x, net.triangles, net.facets, tensors, relaxing, cycles))
 
 
 def _once(ellipses: EllipseNet, schemes: Schemes, cycles: Cycles, root: Floats, steps: int) -> EllipseNet:

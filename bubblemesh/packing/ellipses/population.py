@@ -17,6 +17,7 @@ from bubblemesh.packing.population import (
     TOO_NEAR_CORNER,
     WIDEST_CORNER,
     Defects,
+    losers,
 )
 from bubblemesh.packing.splicing import removed, with_middles
 from bubblemesh.spacing.metric.metric import MetricSpacing
@@ -103,9 +104,7 @@ def _crowded(ellipses: EllipseNet, lengths: Floats, defects: Defects, lacking: L
     short |= (lengths < SHORT) & (-lacking.around >= _bar(-lacking.around[lengths < SHORT], -lacking.whole))
     short = np.where(at_corner, lengths < TOO_NEAR_CORNER, short)
     i, j = net.edges[short].T
-    second = interior[j] & ((valence[j] <= valence[i]) | ~interior[i])
-    loser = np.where(second, j, i)
-    chosen[loser[interior[loser]]] = True
+    chosen[losers(i, j, valence, interior)] = True
     shortest = np.full(len(valence), np.inf)
     np.minimum.at(shortest, net.edges, lengths[:, None])
     rank = np.empty(len(valence), np.int64)

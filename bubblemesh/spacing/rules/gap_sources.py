@@ -20,10 +20,8 @@ LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked
 NARROW = 0.95  # spacings are not narrower than what is wanted
 ROUNDINGS = 100  # of coordinates
 POOR = 0.6  # spacings: triangles across what is wider are good as they are
-APART_IN_GAP, FARTHEST_IN_GAP = (
-    0.3,
-    1.5,
-)  # distance of sources: so much the spacing may grow in between; in terms of their sizes
+# Distance of sources: so much the spacing may grow in between, and in terms of their sizes.
+APART_IN_GAP, FARTHEST_IN_GAP = 0.3, 1.5
 CELLS = 1.4  # largest sides of a grid's cells around them, in terms of that distance
 HALFWAY = 0.5  # the other wall finds the gap too
 HALVINGS = 40

@@ -38,6 +38,11 @@ class Rules:
     across: float | None = None  # spacings across the narrowest parts of the domain; 0 leaves them as they are
     minimum: float = 0.0  # per_circle and across make the spacing nowhere finer
 
+    @property
+    def packing_growth(self) -> float:
+        """Largest growth per length that a packing gets where it has to be finer than these rules make it."""
+        return STEEPEST_GROWTH if self.growth is None else min(self.growth, STEEPEST_GROWTH)
+
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: float = np.inf) -> LimitedSpacing:
         """The largest spacing below the given one that follows the rules.
 
@@ -54,7 +59,7 @@ class Rules:
             sources = sources.joined(curves)
         sources = sources.not_below(self.minimum)
         if self.across:
-            gaps = GapSources(self.across, min(growth, STEEPEST_GROWTH), self._least, max_nodes)
+            gaps = GapSources(self.across, self.packing_growth, self._least, max_nodes)
             sources = sources.joined(gaps(domain, spacing))
         return replace(gradient_limited(domain, spacing, growth, sources), ground=None)
 
@@ -68,8 +73,7 @@ class Rules:
         """
         if self.across is not None:
             return Sources.none(), None
-        growth = STEEPEST_GROWTH if self.growth is None else min(self.growth, STEEPEST_GROWTH)
-        return GapSources(ACROSS, growth, self._least, max_nodes, POOR, wanted).affordable(walls, spacing)
+        return GapSources(ACROSS, self.packing_growth, self._least, max_nodes, POOR, wanted).affordable(walls, spacing)
 
     def _least(self, points: Floats) -> Floats:
         return np.full(len(points), self.minimum)
