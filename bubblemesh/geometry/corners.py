@@ -29,6 +29,13 @@ class CornerFans(NamedTuple):
         """
         return np.mod(self.direction[other] - self.direction + ROUNDING, 2 * np.pi) - ROUNDING
 
+    def within(self, boundary: Boundary) -> Booleans:
+        """Mask (m,) of those between which and the next one the domain is.
+
+        It is on the left of all pieces, and on both sides of those inside it.
+        """
+        return (self.forward | boundary.inner[self.piece]) & (self.following != np.arange(len(self.piece)))
+
 
 ROUNDING = 1e-6  # radians
 

@@ -7,9 +7,10 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.annealing import Cycles
 from bubblemesh.kernels.ellipse_flips import FLATTEST, MOST_PASSES, SURE
-from bubblemesh.kernels.ellipse_motion import CUTOFF, KEEP, MOST_MOVE, SHORTEST
+from bubblemesh.kernels.ellipse_motion import KEEP, MOST_MOVE, SHORTEST
 from bubblemesh.kernels.library import Library
 from bubblemesh.kernels.linking import room_of_edges, shortened
+from bubblemesh.kernels.relaxing import CUTOFF
 
 
 class Tensors(NamedTuple):

@@ -7,13 +7,13 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.library import library
+from bubblemesh.kernels.relaxing import CUTOFF, pair_force
 from bubblemesh.kernels.tensors import lengths, mean_lengths
 
 HALVINGS, MOST_TRIES = 4, 40  # of steps that would invert triangles, as in the C file
 KEEP = 0.1  # of its area that each triangle keeps in a step
 SHORTEST = 1e-9  # edge
 MOST_MOVE = 0.5  # in a step
-CUTOFF = 1.5  # length from which on edges do not pull
 
 
 def moved(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
@@ -75,8 +75,7 @@ def relaxed_in_numpy(
         along = x[j] - x[i]
         first, last = (np.maximum(lengths(m[k], along), SHORTEST) for k in (i, j))
         length = mean_lengths(first, last)
-        force = np.where(length < CUTOFF, ((1.25 * length - 2.375) * length) * length + 1.125, 0.0)
-        force = force / length
+        force = pair_force(length) / length
         pulls = [np.bincount(j, force * part, n) - np.bincount(i, force * part, n) for part in along.T]
         v = (v + dt * np.column_stack(pulls)) / (1 + c * dt)
         v[:fixed] = 0

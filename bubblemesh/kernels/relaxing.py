@@ -1,4 +1,4 @@
-"""Forces between pairs of bubbles and steps of their motion: twins are in `packing.forces` and `packing.relaxation`."""
+"""Force between bubbles, and steps of their motion, whose twins are in `packing.forces` and `packing.relaxation`."""
 
 from typing import NamedTuple
 
@@ -6,6 +6,8 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.library import Library
+
+CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each other
 
 
 class Pull(NamedTuple):
@@ -24,6 +26,15 @@ class Steps(NamedTuple):
     most: Floats  # (n,): no bubble goes farther in a step
     dt: float
     c: Floats  # (..., steps): viscosities
+
+
+def pair_force(ratio: Floats) -> Floats:
+    """Force f(q) = 5/4 q^3 - 19/8 q^2 + 9/8, equation (2.1), between bubbles at distance q = l / l0, for k0 = 1.
+
+    It repels below q = 1 and attracts up to 1.5, beyond which it is zero.
+    """
+    force = ((1.25 * ratio - 2.375) * ratio) * ratio + 1.125
+    return np.where(ratio < CUTOFF, force, 0.0)
 
 
 def forces(compiled: Library, x: Floats, pull: Pull) -> Floats:

@@ -13,8 +13,8 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.annealing import Acting, Cycles, Links, annealed
 from bubblemesh.kernels.library import library
+from bubblemesh.kernels.relaxing import CUTOFF
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.forces import CUTOFF
 from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import Net, connect_within, measured
 from bubblemesh.packing.relaxation import Dynamics, Relaxed, euler_steps

@@ -9,20 +9,9 @@ from typing_extensions import Doc
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.library import library
-from bubblemesh.kernels.relaxing import Pull, forces
+from bubblemesh.kernels.relaxing import CUTOFF, Pull, forces, pair_force
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.records import record
-
-CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each other
-
-
-def pair_force(ratio: Floats) -> Floats:
-    """Force f(q) = 5/4 q^3 - 19/8 q^2 + 9/8, equation (2.1), between bubbles at distance q = l / l0, for k0 = 1.
-
-    It repels below q = 1 and attracts up to 1.5, beyond which it is zero.
-    """
-    force = ((1.25 * ratio - 2.375) * ratio) * ratio + 1.125
-    return np.where(ratio < CUTOFF, force, 0.0)
 
 
 @record

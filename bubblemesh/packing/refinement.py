@@ -103,7 +103,7 @@ class Refinement:
 
     @cached_property
     def _corners(self) -> SharpCorners:
-        return SharpCorners(self.domain.boundary)
+        return SharpCorners(self.domain.boundary, self.domain.corner_fans)
 
     @cached_property
     def _sites(self) -> Sites:

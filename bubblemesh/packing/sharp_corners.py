@@ -7,7 +7,7 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.corners import CornerFans, corner_fans
+from bubblemesh.geometry.corners import CornerFans
 from bubblemesh.meshes.edges import edge_keys
 from bubblemesh.meshes.quality import angles
 from bubblemesh.packing.net import Net
@@ -25,19 +25,13 @@ class SharpCorners:
     """The corners of a boundary, with the angles between the pieces that leave them."""
 
     boundary: Boundary
-
-    @cached_property
-    def fans(self) -> CornerFans:
-        """Ends of pieces around the corners."""
-        return corner_fans(self.boundary)
+    fans: CornerFans  # of it
 
     @cached_property
     def sectors(self) -> Floats:
         """Angles (m,) in radians from each end of a piece to the next one; a full turn outside the domain."""
-        fans, turn = self.fans, 2 * np.pi
-        angle = np.maximum(fans.angle_to(fans.following), 0)
-        within = (fans.forward | self.boundary.inner[fans.piece]) & (fans.following != np.arange(len(angle)))
-        return np.where(within, angle, turn)
+        fans = self.fans
+        return np.where(fans.within(self.boundary), np.maximum(fans.angle_to(fans.following), 0), 2 * np.pi)
 
     @cached_property
     def sharp_ends(self) -> Booleans:

@@ -39,9 +39,7 @@ def sharp_angles(domain: Domain) -> list[str]:
     """Warnings of corners where lines enclose so small an angle in the domain that triangles there cannot be good."""
     boundary, ends = domain.boundary, domain.corner_fans
     angle = np.degrees(ends.angle_to(ends.following))
-    # The domain is on the left of all pieces, and on both sides of those inside it.
-    within = (ends.forward | boundary.inner[ends.piece]) & (ends.following != np.arange(len(angle)))
-    sharp = np.flatnonzero(within & (angle < SHARPEST))
+    sharp = np.flatnonzero(ends.within(boundary) & (angle < SHARPEST))
     sharp = sharp[np.argsort(angle[sharp], kind="stable")]
     sharp = sharp[np.sort(np.unique(ends.corner[sharp], return_index=True)[1])]
     if len(sharp) == 0:

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from lattices import hexagonal
 
-from bubblemesh.packing.forces import CUTOFF, VanDerWaals, pair_force
+from bubblemesh.kernels.relaxing import CUTOFF, pair_force
+from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.neighbours import Neighbours
 
 

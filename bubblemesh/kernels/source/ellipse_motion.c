@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "ellipses.h"
+#include "relaxing.h"
 
 enum { HALVINGS = 4, MOST_TRIES = 40 };
 enum { BLOCK = 64 }; /* edges whose forces are found side by side */
@@ -123,8 +124,7 @@ SIDE_BY_SIDE static void pull(Edges *edges, double cutoff, double shortest)
         a = sqrt(a > 0 ? a : 0), b = sqrt(b > 0 ? b : 0);
         a = a > shortest ? a : shortest, b = b > shortest ? b : shortest;
         l = mean_length(a, b);
-        force = ((1.25 * l - 2.375) * l) * l + 1.125;
-        force = (l < cutoff ? force : 0.0) / l;
+        force = pair_force(l, cutoff) / l;
         edges->fx[k] = force * dx;
         edges->fy[k] = force * dy;
     }

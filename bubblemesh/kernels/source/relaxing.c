@@ -15,9 +15,7 @@ SIDE_BY_SIDE static void block_forces(const double *dx, const double *dy, const 
     int k;
     for (k = 0; k < BLOCK; k++) {
         double distance = sqrt(dx[k] * dx[k] + dy[k] * dy[k]), least = 1e-12 * contact[k];
-        double ratio = distance / contact[k], pushed = ((1.25 * ratio - 2.375) * ratio) * ratio + 1.125, size;
-        pushed = ratio < cutoff ? pushed : 0.0;
-        size = pushed / (distance > least ? distance : least);
+        double size = pair_force(distance / contact[k], cutoff) / (distance > least ? distance : least);
         force[2 * k] = size * dx[k];
         force[2 * k + 1] = size * dy[k];
     }

@@ -4,6 +4,13 @@
 
 #include "kernels.h"
 
+/* Force f(q) = 5/4 q^3 - 19/8 q^2 + 9/8 between bubbles at distance q in terms of that at rest, none from the cutoff on. */
+static inline double pair_force(double ratio, double cutoff)
+{
+    double force = ((1.25 * ratio - 2.375) * ratio) * ratio + 1.125;
+    return ratio < cutoff ? force : 0.0;
+}
+
 /* Pairs (m, 2) of n bubbles, at rest at the distances contact (m,), that act on each other up to cutoff times these. */
 typedef struct {
     int64_t n, m;
