@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import reduce
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,6 +118,11 @@ def different_rows(rows: Rows) -> tuple[Rows, Integers]:
     fresh = np.append(True, (ascending[1:] != ascending[:-1]).any(axis=1))[: len(rows)]
     number[order] = np.cumsum(fresh) - 1
     return ascending[fresh], number
+
+
+def unmasked(values: Any) -> Any:
+    """The values as they are, or an array with no numbers where those of a masked one are hidden."""
+    return values.astype(float).filled(np.nan) if hasattr(values, "mask") and hasattr(values, "filled") else values
 
 
 def others(count: int, numbers: Integers) -> Integers:

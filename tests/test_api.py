@@ -119,6 +119,10 @@ def test_a_domain_keeps_its_curves(disc):
         ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], CaseError, r"found the shape \(3, 3\)"),
         ([(0, 0), (1, 0), (0,)], CaseError, "rows of unequal length"),
         ([(0, 0), (1, 0), (0, math.inf)], CaseError, "geometry: point 2 has a coordinate that is no number"),
+        (
+            np.ma.array([[0, 0], [4, 0], [9999, 3]], mask=[[0, 0], [0, 0], [1, 0]]),
+            *(CaseError, "geometry: point 2 has a coordinate that is no number"),
+        ),
     ],
 )
 def test_what_is_no_domain(geometry, error, text):
@@ -321,6 +325,7 @@ def test_a_spacing_may_grow_with_the_distance_from_a_label(spacing):
         (-1.0, "is -1 at"),
         (math.nan, "nan"),
         (lambda x, y: x - 1, r"is -1 at \(0, 0\)"),
+        (lambda x, y: np.ma.array(np.full(len(x), 0.1), mask=x > 0.9), r"nan at \(2, 0\)"),
         (lambda x, y: 0.1 + 0j * x, "complex128"),
         (lambda x, y: [0.1, 0.2], r"shape \(2,\)"),
         (lambda x, y: np.full((len(x), 1), 0.1), "shape"),

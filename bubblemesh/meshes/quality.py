@@ -100,11 +100,12 @@ class Measures:
 
     @cached_property
     def angle_range(self) -> tuple[float, float]:
-        """Least and largest angle of all triangles, at least one; NaN if one has a side of length zero."""
+        """Least and largest angle of all triangles, at least one; 0 and 180 if one has a side of length zero."""
         parts = (slice(k, k + AT_A_TIME) for k in range(0, len(self.triangles), AT_A_TIME))
         found = (_angles(*(side[part] for side in self.sides)) for part in parts)
         least, largest = zip(*((some.min(), some.max()) for some in found), strict=True)
-        return float(np.min(least)), float(np.max(largest))
+        low, high = float(np.min(least)), float(np.max(largest))
+        return (0.0, 180.0) if np.isnan(low) else (low, high)
 
 
 def radius_ratios(points: Floats, triangles: Integers) -> Floats:

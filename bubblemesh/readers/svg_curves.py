@@ -31,7 +31,8 @@ Size = tuple[float, float]  # width and height of a drawing, that lengths in per
 
 def curves_of(element: Element, transform: str, size: Size, name: str, label: str | None) -> list[CompoundCurve]:
     """The curves of a shape's subpaths, in the units of the drawing; ``name`` is what messages call them."""
-    subpaths = [subpath.segments(transformed=False) for subpath in path_of(element, transform, size).as_subpaths()]
+    path = path_of(element, transform, size)
+    subpaths = [_without_flat_arcs(subpath.segments(transformed=False)) for subpath in path.as_subpaths()]
     bent = [segment for segments in subpaths for segment in segments if _is_bent(segment)]
     found = iter(_bent(bent, name))
     curves = []
@@ -55,6 +56,19 @@ def path_of(element: Element, transform: str, size: Size) -> Any:
         shape = SHAPES[element.tag](values)
     shape.render(ppi=PIXELS, width=size[0], height=size[1])
     return svgelements.Path(shape).reify()
+
+
+def _without_flat_arcs(segments: Sequence[Any]) -> list[Any]:
+    """Segments with lines in place of arcs without a radius, and without arcs from a place to itself, as SVG says."""
+    found = []
+    for segment in segments:
+        if isinstance(segment, svgelements.Arc):
+            if not segment.rx or not segment.ry:
+                segment = svgelements.Line(segment.start, segment.end)
+            elif not segment.sweep:
+                continue
+        found.append(segment)
+    return found
 
 
 def _bent(segments: Sequence[Any], name: str) -> Iterator[list[Piece]]:

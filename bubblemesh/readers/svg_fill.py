@@ -52,6 +52,8 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
     except GeometryError as error:
         areas = _enclosed_by_chords(copies, rule, loops[0].pieces[0].label)
         straight = f" of straight lines, since {error}"
+    if not areas:
+        return Filled([], [], (f"{counted(len(loops), 'subpath')} without an area left out",))
     made = [replace(ring, origin=loops[0].name) for area in areas for ring in area.rings]
     rims = counted(len(made), "ring")
     return Filled(

@@ -103,8 +103,10 @@ class Intervals:
 def mean_inverse(a: Floats, b: Floats) -> Floats:
     """Mean (k,) of 1 / d where d changes linearly from a (k,) to b (k,): ln(b / a) / (b - a)."""
     rise = (b - a) / a
-    same = rise == 0
-    return np.where(same, 1.0, np.log1p(rise)) / np.where(same, a, rise * a)
+    same, lost = rise == 0, rise == -1  # where b is as nothing beside a
+    change = np.log1p(np.where(lost, 0.0, rise))
+    change[lost] = np.log(b[lost]) - np.log(a[lost])
+    return np.where(same, 1.0, change) / np.where(same, a, rise * a)
 
 
 def mean_inverse_square(d: Floats) -> Floats:

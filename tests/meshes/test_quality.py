@@ -162,6 +162,8 @@ def test_the_limit_of_degeneracy_is_the_area_beside_the_perimeter():
 def test_angles_of_flat_and_of_pointlike_triangles():
     assert angles(np.array([[0.0, 0], [1, 0], [3, 0]]), ONE)[0].tolist() == [0, 180, 0]
     assert np.isnan(angles(np.zeros((3, 2)), ONE)).all()
+    beside = np.vstack([EQUILATERAL, EQUILATERAL[:1]])
+    assert Measures(beside, np.array([[0, 1, 2], [0, 1, 3]])).angle_range == (0, 180)
 
 
 def test_an_equilateral_triangle_is_in_the_last_bin_whatever_rounding_does():

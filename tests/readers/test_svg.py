@@ -34,6 +34,23 @@ class TestPictures:
         assert sorted(type(hole.sides[0].curve).__name__ for hole in holes) == ["Arc", "Bezier", "Spline"]
         assert Domain.of(outer, []).polygon.area == pytest.approx(1200 - 100 + 25 * np.pi, rel=1e-4)
 
+    @pytest.mark.parametrize(
+        ("path", "size"),
+        [
+            ("M0 0 A0 1 0 0 0 2 0 L2 1Z", 1),
+            ("M0 0 A1 0 0 0 0 2 0 L2 1Z", 1),
+            ("M0 0 A1 1 0 0 0 0 0 L2 0 L2 1Z", 1),
+            ("M0 0 H2 V1 Z M5 5 h2 z", 1),
+            ("M0 0 H2 V1 Z M5 5 l2 1 z", 1),
+        ],
+    )
+    def test_arcs_without_a_radius_are_lines_and_what_has_no_area_bounds_nothing(self, path, size, written):
+        assert area(written("a.svg", SVG.format(f'<path d="{path}"/>'))) == pytest.approx(size)
+
+    @pytest.mark.parametrize("more", ['<path d="M5 5h2z"/>', '<rect width="1" height="1" transform="scale(0, 1)"/>'])
+    def test_shapes_without_an_area_are_left_out(self, more, written):
+        assert area(written("a.svg", SVG.format(f'<rect width="2" height="1"/>{more}'))) == pytest.approx(2)
+
     def test_a_bezier_curve_is_followed(self, written):
         (ring,) = read_rings(written("a.svg", SVG.format('<path d="M0 0 C 0 20 20 20 20 0 Z"/>')), Selection())
         t = np.linspace(0, 1, 1001)[:, None]

@@ -53,6 +53,14 @@ def test_divided_parts_have_the_spacing_at_their_ends_to_the_last_bit(domain):
         assert np.diff(intervals.ends).sum() == pytest.approx(length, rel=1e-12)
 
 
+@pytest.mark.parametrize("large", [1e6, 1e20, 1e36, 1e300])
+def test_means_beside_sizes_that_stand_for_no_limit(large):
+    few, many = np.array([0.05]), np.array([large])
+    expected = np.log(large / 0.05) / large
+    for a, b in ((few, many), (many, few)):
+        assert mean_inverse(a, b)[0] == pytest.approx(expected)
+
+
 @pytest.mark.parametrize("values", [(0.3, 1, 2), (2, 0.1, 1), (1, 1, 1), (1, 1, 5), (3, 1, 1), (1, 1 + 1e-5, 1 + 1e-3)])
 def test_means_over_triangles_are_those_of_a_linear_spacing(values):
     (a, b, c), (nodes, weights) = values, np.polynomial.legendre.leggauss(100)

@@ -31,8 +31,11 @@ def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
     GeometryError, with the place, if curves are next to each other, but not the same.
     """
     paths = tuple(OpenPath.around(ring, "") for ring in rings)
+    points = outlines(rings)
+    if not points:  # rings there and back, around nothing
+        return []
     before = Boundary.empty().with_inner(paths)
-    size = size_of(np.vstack(outlines(rings)))
+    size = size_of(np.vstack(points))
     split = noded(before, size, 0, Parts(lines=paths))
     chords = split.chords()
     lines = np.stack([chords.start, chords.end], axis=1)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from bubblemesh.arrays import LARGEST_NUMBER, Floats
+from bubblemesh.arrays import LARGEST_NUMBER, Floats, unmasked
 from bubblemesh.errors import CaseError, GeometryError, Key, about
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
@@ -133,7 +133,7 @@ def _array(points: Any, argument: str) -> _Points:
     """Points of a ring; CaseError if they are no finite numbers (n, 2)."""
     wanted = ANY_GEOMETRY if argument == "geometry" else f"{argument}: must be the points (n, 2) of a ring"
     try:
-        given = np.asarray(points)
+        given = np.asarray(unmasked(points))
     except ValueError:  # rows of unequal length
         raise CaseError(f"{wanted} (found rows of unequal length)") from None
     if given.dtype.kind not in "iuf":

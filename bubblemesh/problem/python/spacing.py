@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, unmasked
 from bubblemesh.case.spacing import checked_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.distance.distances import distance_to_labels
@@ -34,7 +34,7 @@ def _scaled(term: Term, scale: float | None) -> Spacing:
 
 def _expression(spacing: float | str, domain: Domain) -> Expression:
     if not isinstance(spacing, str):
-        value = np.asarray(spacing)
+        value = np.asarray(unmasked(spacing))
         if value.ndim > 0 or value.dtype.kind not in "iuf":
             raise CaseError(
                 "spacing: must be a number, an expression in x and y, a mapping of terms, or a function of x and y"
@@ -59,7 +59,7 @@ class _Checked:
             return np.zeros(0)
         try:
             with np.errstate(all="ignore"):
-                values = np.asarray(self.function(x.copy(), y.copy()))  # it may change what it is given
+                values = np.asarray(unmasked(self.function(x.copy(), y.copy())))  # it may change what it is given
         except (TypeError, ValueError) as error:
             raise CaseError(
                 f"spacing: the function fails for arrays of coordinates ({error}): it has to take many points at once, "
