@@ -1,20 +1,24 @@
 """Where packed parts are kept until the mesh is made of them: in the memory, or in files that outlive the process."""
 
+import zlib
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, get_type_hints
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bubblemesh.errors import FileError
-from bubblemesh.files import unreadable, unwritten
+from bubblemesh.files import opened, unreadable, unwritten
 
 if TYPE_CHECKING:
     from bubblemesh.parts.cores import Core, Margin, Part
 
 NAME = "part-{}.npz"
+# What readers raise of archives and arrays that are broken, or are none.
+BROKEN = BadZipFile, EOFError, KeyError, NotImplementedError, RuntimeError, TypeError, ValueError, zlib.error
 UNFINISHED = ".unfinished"  # end of the name of a file that is being written
 
 
@@ -72,7 +76,7 @@ class InFolder:
         begun = path.with_name(path.name + UNFINISHED)
         try:
             with begun.open("wb") as file:
-                np.savez(file, allow_pickle=False, **_columns(part))
+                np.savez(file, allow_pickle=False, number=number, **_columns(part))
             begun.replace(path)
         except OSError as error:
             raise unwritten(path, error) from None
@@ -92,14 +96,30 @@ class InFolder:
     def _read(self, number: int, kind: Any, name: str) -> Any:
         path = self._folder / NAME.format(number)
         try:
-            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
-                if (found := _record(kind, file, name)) is None:
-                    raise KeyError(name)
+            with opened(path, "part", limited=False) as stream, ZipFile(stream) as file:
+                arrays = Arrays(file)
+                found = _record(kind, arrays, name)
+                if found is None or arrays["number"].tolist() != number:
+                    raise ValueError("it is another one")
                 return found
         except OSError as error:
             raise FileError(f"{path}: {unreadable(error, 'part')}") from None
-        except (BadZipFile, EOFError, KeyError, TypeError, ValueError) as error:  # TypeError of a single array
+        except FileError as error:
+            raise FileError(f"{path}: {error}") from None
+        except BROKEN as error:
             raise FileError(f"{path}: this is no part of a mesh: remove it ({error})") from None
+
+
+class Arrays:
+    """Arrays in an archive of NumPy by their names, read to the end, where the archive tells whether they are whole."""
+
+    def __init__(self, file: ZipFile) -> None:
+        self._file = file
+        self.names = [name.removesuffix(".npy") for name in file.namelist()]
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        array: NDArray[Any] = np.load(BytesIO(self._file.read(f"{name}.npy")), allow_pickle=False)
+        return array
 
 
 class Keeping(NamedTuple):
@@ -120,13 +140,13 @@ def _columns(record: Any, name: str = "") -> dict[str, NDArray[Any]]:
     return {} if record is None else {name: np.asarray(record)}
 
 
-def _record(kind: Any, file: Any, name: str) -> Any:
+def _record(kind: Any, file: Arrays, name: str) -> Any:
     """The record of a kind from its `_columns` in a file."""
     options = [option for option in getattr(kind, "__args__", (kind,)) if hasattr(option, "_fields")]
     if not options:
         value = file[name]
         return value if value.ndim else value.item()
-    if not any(key.startswith(f"{name}.") for key in file.files):
+    if not any(key.startswith(f"{name}.") for key in file.names):
         return None
     hints = get_type_hints(options[0])
     return options[0](*(_record(hints[key], file, f"{name}.{key}") for key in options[0]._fields))

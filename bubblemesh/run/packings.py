@@ -6,6 +6,7 @@ from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
 
 from bubblemesh.arrays import Floats
+from bubblemesh.errors import CaseError, at_key
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
@@ -150,6 +151,9 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
     parts = problem.task.parts or enough_parts(problem.packed_nodes)
     if parts == 1:
         return _whole(problem, on_round, on_share)
+    if parts > problem.packed_nodes:
+        with at_key("parts"):
+            raise CaseError(f"about {problem.packed_nodes:.0f} nodes are too few for {parts} parts: ask for fewer")
     task, seconds, stay = problem.task, dict(problem.seconds), keeping.in_slices and problem.may_stay_in_parts
     rows, records = list[RoundRow](), list[Record]()
 

@@ -1,6 +1,7 @@
 """Parts that are kept and stay in slices: the same mesh and figures as at once, files, faults, and going on."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -141,6 +142,39 @@ def test_a_kept_part_is_the_one_that_was_given(tmp_path):
             assert_same(kept(number), given(number))
     assert files.margin(3) is memory.margin(3) is None
     assert sorted(path.name for path in tmp_path.iterdir()) == [f"part-{k}.npz" for k in range(3)]
+
+
+def kept_in(folder, parts):
+    """A store with the parts of a case."""
+    keeping = Keeping(lambda scale: InFolder(folder), True)
+    mesh_case_in_slices(case(FINE["regions"], parts), keeping, lambda row: None, lambda share: None, alone)
+    return InFolder(folder)
+
+
+def test_a_part_with_another_number_is_refused(tmp_path):
+    files = kept_in(tmp_path, 2)
+    (tmp_path / "part-0.npz").rename(tmp_path / "part-1.npz")
+    with pytest.raises(FileError, match=r"part-1\.npz: this is no part of a mesh: remove it \(it is another one\)"):
+        files.margin(1)
+
+
+@pytest.mark.parametrize("place", [b"", b"core.target.npy", b"core.triangles.npy", b"core.quality.npy"])
+def test_a_part_of_which_a_digit_has_changed_is_refused(place, tmp_path):
+    """Its arrays may claim to be shorter than they are."""
+    files, path = kept_in(tmp_path, 2), tmp_path / "part-0.npz"
+    content = bytearray(path.read_bytes())
+    digit = content.index(b"'shape': (", content.index(place)) + len(b"'shape': (")
+    content[digit] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(FileError, match=r"part-0\.npz: this is no part of a mesh: remove it"):
+        assert_same(files.core(0), files.margin(0))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pipes among files")
+def test_a_pipe_among_kept_parts_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "part-0.npz")
+    with pytest.raises(FileError, match=r"part-0\.npz: the part cannot be read: it is no regular file"):
+        InFolder(tmp_path).margin(0)
 
 
 def assert_same(some, other):
