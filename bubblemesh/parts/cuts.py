@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError, at_key
 from bubblemesh.geometry.arrangement import NEARLY
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
+from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
@@ -29,6 +30,7 @@ CROSSING = 10.0  # of a wall, a line or another cut, square to it
 OBLIQUE = 60.0  # more for one at no angle at all
 NEAR = 40.0  # a corner, or a node's distance from a wall that runs along
 CLEAR = 4.0  # spacings: what is farther is not near
+NEXT = 1.0  # spacings: bubbles on a wall that are nearer are too near
 UNEVEN = 2.0  # per bubble of a perfect cut, and share of the work that is off
 TOUCHING = 1e-6  # of a cut's length: it meets what is so near to its ends
 ASIDE = 8  # times what is taken for a slip, in which a cut is moved away from corners
@@ -115,6 +117,7 @@ class _Cutter:
         self._sizes = spacing.extended(self._corners)
         self._area = domain.polygon
         self._domain = domain
+        self._copies = np.zeros((0, 2))  # on periodic sides, of where cuts meet the other ones
 
     def cuts(self, samples: Leaves, cells: int, expected_nodes: float) -> Cuts:
         """The tree of cuts."""
@@ -150,6 +153,16 @@ class _Cutter:
         new = np.concatenate([ends, crossed])
         self._corners = np.concatenate([self._corners, new])
         self._sizes = np.concatenate([self._sizes, self.spacing.extended(new)])
+        self._copies = np.concatenate([self._copies, self._opposite(crossed)])
+
+    def _opposite(self, points: Floats) -> Floats:
+        """Counterparts (k, 2) of those of the points (n, 2) on the boundary that are on periodic sides."""
+        boundary, pairs = self._domain.boundary, self._domain.periodic
+        if len(pairs) == 0 or len(points) == 0:
+            return np.zeros((0, 2))
+        piece, s, *_ = self._domain.nearest(points)
+        _, other, at = counterparts(boundary, pairs, piece, s)
+        return boundary.points(other, at)
 
     def _chosen(self, piece: _Piece) -> _Choice:
         """The best cut of a piece; CaseError if none divides it."""
@@ -159,15 +172,28 @@ class _Cutter:
             where = place(piece.polygon.mean(axis=0))
             with at_key("parts"):
                 raise CaseError(f"around {where} are too few nodes for {piece.cells} parts: ask for fewer")
-        return self._clear(min(choices, key=lambda choice: self._cost(piece, choice)))
+        return self._matched(piece, self._clear(min(choices, key=lambda choice: self._cost(piece, choice))))
+
+    def _matched(self, piece: _Piece, choice: _Choice) -> _Choice:
+        """The cut moved to the nearest counterpart of another one's end on a periodic side, if that is next to it.
+
+        There is a bubble, and one at the end of this cut would be too near to it.
+        """
+        copies = self._copies[shapely.contains_xy(shapely.Polygon(piece.polygon), self._copies)]
+        if len(copies) == 0:
+            return choice
+        off = _offset(copies, choice.at, choice.angle)
+        nearest = np.argmin(np.abs(off) / self.spacing.extended(copies))
+        if abs(off[nearest]) > NEXT * self.spacing.extended(copies[nearest : nearest + 1])[0]:
+            return choice
+        return _aside(choice, float(off[nearest]))
 
     def _clear(self, choice: _Choice) -> _Choice:
         """The cut moved aside until it passes no corner so near that this might be a slip."""
         near = ASIDE * NEARLY * self._domain.size
         off = _offset(self._corners, choice.at, choice.angle)
         shift = next(k * near for k in range(len(off) + 2) if (np.abs(off - k * near) > near / 2).all())
-        x, y = choice.at
-        return choice._replace(at=as_point((x - shift * np.sin(choice.angle), y + shift * np.cos(choice.angle))))
+        return _aside(choice, shift)
 
     def _cost(self, piece: _Piece, choice: _Choice) -> float:
         """Bubbles along a cut, and what its crossings and what is near it are worth."""
@@ -203,6 +229,12 @@ class _Cutter:
         along, aside = (ux * x + uy * y) / length, np.abs(ux * y - uy * x) / length
         room = np.where((along >= 0) & (along <= length), aside / self._sizes, np.inf)
         return float(NEAR * np.clip(1 - room / CLEAR, 0, 1).sum())
+
+
+def _aside(choice: _Choice, shift: float) -> _Choice:
+    """The cut moved to the left."""
+    x, y = choice.at
+    return choice._replace(at=as_point((x - shift * np.sin(choice.angle), y + shift * np.cos(choice.angle))))
 
 
 def _choices(piece: _Piece) -> Iterator[_Choice]:

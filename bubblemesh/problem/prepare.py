@@ -211,15 +211,17 @@ def _beside_layers(problem: Problem, ground: Ground | None, metric: "InMetric | 
 def _require_possible(domain: Domain, request: SpacingRequest, task: Task) -> None:
     """Check that method and demands go with a metric, periodic sides, parts and layers; a CaseError if not."""
     _require_possible_in_metric(request, task)
-    asked = {
-        Key(["domain", "periodic"]): (len(domain.periodic) > 0, "along the sides"),
-        Key(["parts"]): (task.parts != 1, "along the cuts"),
-        Key(["layers"]): (len(task.ladders) > 0, "along them"),
-    }
-    for key, (given, where) in asked.items():
-        if given and not task.method.relaxation.boundary_stays:
-            with about(key):
-                raise CaseError(f"{key}: bubbles would slide {where}: use relaxation: connected, or multilevel")
+    with about(Key(["domain", "periodic"])):  # where sides that are not there are told, too
+        if len(domain.periodic) and not task.method.relaxation.boundary_stays:
+            raise CaseError(
+                "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
+            )
+    with about(Key(["parts"])):
+        if task.parts != 1 and not task.method.relaxation.boundary_stays:
+            raise CaseError("parts: bubbles would slide along the cuts: use relaxation: connected, or multilevel")
+    with about(Key(["layers"])):
+        if task.ladders and not task.method.relaxation.boundary_stays:
+            raise CaseError("layers: bubbles would slide along them: use relaxation: connected, or multilevel")
 
 
 def _require_possible_in_metric(request: SpacingRequest, task: Task) -> None:

@@ -333,3 +333,12 @@ def test_cuts_keep_off_corners_that_are_nearly_on_them():
         start, end = np.array(line.vertices)
         (ux, uy), (dx, dy) = (end - start) / np.hypot(*(end - start)), (outline - start).T
         assert np.abs(ux * dy - uy * dx).min() > near
+
+
+def test_cuts_that_meet_periodic_sides_at_nearly_the_same_height_meet_them_at_the_same():
+    """Else a side had two nodes there next to each other."""
+    sides = "{rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}"
+    text = f"domain: {{outer: {sides}, periodic: [[l, r], [b, t]]}}\nspacing: 0.03791*(1 + 0.8*sin(6*y))\n"
+    result = mesh_case(case(text, 8))
+    check_mesh(result.mesh)
+    assert result.report["quality"]["min"] > 0.6
