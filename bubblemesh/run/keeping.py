@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from glob import escape
 from pathlib import Path
 
 from bubblemesh import __version__
@@ -60,7 +61,7 @@ def _remaining(parent: Path, prefix: str, digest: str) -> Iterator[Path]:
         with suppress(OSError):
             folder.rmdir()  # if nothing was done
         raise
-    for other in parent.glob(f"{prefix}*"):
+    for other in parent.glob(f"{escape(prefix)}*"):
         shutil.rmtree(other, ignore_errors=True)
 
 

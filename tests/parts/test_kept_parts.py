@@ -384,3 +384,9 @@ def test_pieces_that_do_not_meet_are_noticed():
     ):
         with pytest.raises(BubblemeshError, match=words):
             require_piece(Measures(points, faulty), facets, rim, everything)
+
+
+def test_parts_of_a_name_with_brackets_are_removed_in_the_end(here):
+    options = "--parts", "2", "--jobs", "1", "-q", "--resume", "--format", "xdmf"
+    assert command("run", "plate.yaml", "--set", "name=a[1]", "-o", "out", *options)[0] == 0
+    assert not [path for path in (here / "out").iterdir() if path.is_dir()]
