@@ -183,10 +183,9 @@ class _Cutter:
         if len(copies) == 0:
             return choice
         off = _offset(copies, choice.at, choice.angle)
-        nearest = np.argmin(np.abs(off) / self.spacing.extended(copies))
-        if abs(off[nearest]) > NEXT * self.spacing.extended(copies[nearest : nearest + 1])[0]:
-            return choice
-        return _aside(choice, float(off[nearest]))
+        away = np.abs(off) / self.spacing.extended(copies)
+        nearest = away.argmin()
+        return _aside(choice, float(off[nearest])) if away[nearest] <= NEXT else choice
 
     def _clear(self, choice: _Choice) -> _Choice:
         """The cut moved aside until it passes no corner so near that this might be a slip."""

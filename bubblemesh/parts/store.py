@@ -10,7 +10,7 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from bubblemesh.errors import FileError
+from bubblemesh.errors import FileError, prefixed
 from bubblemesh.files import opened, unreadable, unwritten
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 NAME = "part-{}.npz"
 # What readers raise of archives and arrays that are broken, or are none.
-BROKEN = BadZipFile, EOFError, KeyError, NotImplementedError, RuntimeError, TypeError, ValueError, zlib.error
+BROKEN = BadZipFile, EOFError, KeyError, RuntimeError, TypeError, ValueError, zlib.error
 UNFINISHED = ".unfinished"  # end of the name of a file that is being written
 
 
@@ -96,7 +96,7 @@ class InFolder:
     def _read(self, number: int, kind: Any, name: str) -> Any:
         path = self._folder / NAME.format(number)
         try:
-            with opened(path, "part", limited=False) as stream, ZipFile(stream) as file:
+            with prefixed(path), opened(path, "part", limited=False) as stream, ZipFile(stream) as file:
                 arrays = Arrays(file)
                 found = _record(kind, arrays, name)
                 if found is None or arrays["number"].tolist() != number:
@@ -104,8 +104,6 @@ class InFolder:
                 return found
         except OSError as error:
             raise FileError(f"{path}: {unreadable(error, 'part')}") from None
-        except FileError as error:
-            raise FileError(f"{path}: {error}") from None
         except BROKEN as error:
             raise FileError(f"{path}: this is no part of a mesh: remove it ({error})") from None
 

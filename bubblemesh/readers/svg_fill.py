@@ -48,7 +48,7 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
     bounding = [loop for loop, points in zip(loops, copies, strict=True) if np.ptp(points, axis=0).any()]
     straight = ""
     try:
-        areas = enclosed(rule, [loop.ring for loop in bounding])
+        areas = enclosed(rule, [loop.ring for loop in bounding]) if bounding else []
     except GeometryError as error:
         areas = _enclosed_by_chords(copies, rule, loops[0].pieces[0].label)
         straight = f" of straight lines, since {error}"

@@ -50,7 +50,7 @@ def called(
     """
     left, again = enumerate(jobs), list[Given]()
     following: Given | None = next(left, None)
-    running = dict[Future[Outcome[T]], Given]()
+    running = dict[Future[Answer[T]], Given]()
     # How often each job was given to a worker that died, and to one that left.
     attempts, recalls = Counter[int](), Counter[int]()
     missing: str | None = None
@@ -63,7 +63,7 @@ def called(
                 given = again.pop()
             elif following:
                 given, following = following, next(left, None)
-            running[workers.submit(outcome, function, *given[1].arguments)] = given
+            running[workers.submit(answer, function, *given[1].arguments)] = given
         if not running:
             sleep(TICK)
         ended = wait_for_any(running)
@@ -84,8 +84,8 @@ def called(
             again.append((number, job))
 
 
-class Outcome(NamedTuple, Generic[T]):
-    """What a function has returned, or raised."""
+class Answer(NamedTuple, Generic[T]):
+    """Value that a function has returned, or error that it has raised."""
 
     value: T | None
     error: Exception | None
@@ -97,12 +97,12 @@ class Outcome(NamedTuple, Generic[T]):
         return cast(T, self.value)
 
 
-def outcome(function: Callable[..., T], *arguments: object) -> Outcome[T]:
-    """Outcome of a function, in whatever process: else its errors could not be told from those of the workers."""
+def answer(function: Callable[..., T], *arguments: object) -> Answer[T]:
+    """Answer of a function, in whatever process: else its errors could not be told from those of the workers."""
     try:
-        return Outcome(function(*arguments), None)
+        return Answer(function(*arguments), None)
     except Exception as error:
-        return Outcome(None, error)
+        return Answer(None, error)
 
 
 def _as_ours(problem: BaseException, workers: Workers, attempts: int) -> BaseException:

@@ -31,11 +31,8 @@ def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
     GeometryError, with the place, if curves are next to each other, but not the same.
     """
     paths = tuple(OpenPath.around(ring, "") for ring in rings)
-    points = outlines(rings)
-    if not points:  # rings there and back, around nothing
-        return []
     before = Boundary.empty().with_inner(paths)
-    size = size_of(np.vstack(points))
+    size = size_of(np.vstack(outlines(rings)))
     split = noded(before, size, 0, Parts(lines=paths))
     chords = split.chords()
     lines = np.stack([chords.start, chords.end], axis=1)
