@@ -8,17 +8,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BufferedReader, TextIOWrapper
 from pathlib import Path, PurePath
-from threading import Lock
 from typing import IO, Any, TypeVar
 
 from bubblemesh.errors import FileError, LimitError
 from bubblemesh.files import opened, read_bytes, require_readable
+from bubblemesh.process.shared import ALONE
 
 Text = TypeVar("Text", str, bytes)
 
 MOST_UNPACKED = 1_000_000_000  # bytes
 CHUNK = 1 << 20
-ONE_AT_A_TIME = Lock()  # readers: meshio has one door for all threads
 MOST_ENDS = 1000  # how often the end may be read
 HDF = (".h5", ".h5m", ".hmf", ".med", ".cgns")
 INCLUDE = re.compile(rb"^[ \t]*\*[* \t]*include", re.IGNORECASE | re.MULTILINE)
@@ -171,12 +170,12 @@ def _opened(path: str, mode: str) -> IO[Any]:
 def bounded_reading() -> Iterator[None]:
     """Within the block, meshio opens files by the door of this package, and does not read without a bound.
 
-    The readers of many formats wait for a line beyond the end. One thread at a time is in such a block, which may not
-    be in another one.
+    The readers of many formats wait for a line beyond the end. Meshio has one door for all threads: one at a time is in
+    such a block, which may not be in another one.
     """
     from meshio import _files as door
 
-    with ONE_AT_A_TIME:
+    with ALONE:
         door.open = _opened
         try:
             yield

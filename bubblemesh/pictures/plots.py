@@ -1,7 +1,6 @@
 """Pictures of meshes. The module imports matplotlib, and is to be imported where a picture is drawn."""
 
 import io
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,6 +27,7 @@ from bubblemesh.messages import coordinate
 from bubblemesh.pictures.colouring import MANY, Colouring, MeshData, add_colour_bar, colouring_of, standard_color
 from bubblemesh.pictures.outlines import add_legend, add_outlines
 from bubblemesh.pictures.styles import BARE, INK, SOFT, PlotOptionError, PlotOptions, View
+from bubblemesh.process.shared import warnings_are
 
 # Without a date and with fixed ids the same mesh gives the same bytes.
 METADATA: dict[str, dict[str, Any]] = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
@@ -143,8 +143,7 @@ def png_of(figure: Figure, options: PlotOptions) -> bytes:
 @contextmanager
 def _drawing(options: PlotOptions) -> Iterator[None]:
     """Draw in the fonts of the style; a letter that they do not have becomes a box, without words."""
-    with mpl.rc_context(FIXED | options.look.settings), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph .* missing")
+    with warnings_are("ignore", "Glyph .* missing"), mpl.rc_context(FIXED | options.look.settings):
         yield
 
 

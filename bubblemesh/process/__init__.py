@@ -1,1 +1,1 @@
-"""The process: the time and the memory that a run may take, what it has taken, and the cores it may use."""
+"""The process: the time and memory that a run may take, what it has taken, its cores, what its threads share."""

@@ -1,7 +1,6 @@
 """Content of a file, as every reader gives it: features with areas, closed rings and curves that may form rings."""
 
 import math
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import field, replace
@@ -19,6 +18,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import place, shown
+from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.slips import Slips, clean_loop, has_slips
 from bubblemesh.records import record
 
@@ -40,8 +40,7 @@ def foreign(problem: str, advice: str) -> Iterator[None]:
     What it warns of is not said to the terminal.
     """
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with warnings_are("ignore"):
             yield
     except (BubblemeshError, MemoryError):
         raise

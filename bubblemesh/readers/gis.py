@@ -6,7 +6,6 @@ given the bytes of nothing but a shapefile or a GeoPackage, as known by their fi
 
 import re
 import sqlite3
-import warnings
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from io import BytesIO
@@ -19,6 +18,7 @@ import pyogrio
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import beside, read_bytes
 from bubblemesh.messages import meant, shown
+from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.degrees import is_geographic
 from bubblemesh.readers.features import (
     NO_HEIGHTS,
@@ -123,18 +123,17 @@ def _quoted(name: str) -> str:
 @contextmanager
 def _quiet(kind: str) -> Iterator[None]:
     """GDAL without network, its warnings unsaid, its errors those of a file of this kind."""
-    options = {name: pyogrio.get_gdal_config_option(name) for name in NO_NETWORK}
-    pyogrio.set_gdal_config_options(NO_NETWORK)
-    try:
-        with warnings.catch_warnings():  # what is wrong with the file would be said to the terminal
-            warnings.simplefilter("ignore")
+    with warnings_are("ignore"):  # what is wrong with the file would be said to the terminal
+        options = {name: pyogrio.get_gdal_config_option(name) for name in NO_NETWORK}
+        pyogrio.set_gdal_config_options(NO_NETWORK)
+        try:
             yield
-    except BubblemeshError:
-        raise
-    except Exception as error:  # of its own, and whatever damaged files make of it
-        raise _invalid(kind, shown(re.sub(r"\S*/vsi\S*", "it", str(error)).partition(";")[0], 90)) from None
-    finally:
-        pyogrio.set_gdal_config_options(options)
+        except BubblemeshError:
+            raise
+        except Exception as error:  # of its own, and whatever damaged files make of it
+            raise _invalid(kind, shown(re.sub(r"\S*/vsi\S*", "it", str(error)).partition(";")[0], 90)) from None
+        finally:
+            pyogrio.set_gdal_config_options(options)
 
 
 def _invalid(kind: str, reason: str) -> CaseError:

@@ -4,7 +4,6 @@ Only the part around a domain is read, and of more pixels than are needed each s
 """
 
 import math
-import warnings
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -17,6 +16,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.files import opened, read_bytes
 from bubblemesh.messages import meant, shown
+from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.netcdf import Variable, netcdf
 from bubblemesh.readers.tables import read_columns
 
@@ -195,8 +195,7 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
     safe = {"GDAL_PAM_ENABLED": "NO", "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR", "PROJ_NETWORK": "OFF"}
     try:
         with ExitStack() as stack:
-            stack.enter_context(warnings.catch_warnings())
-            warnings.simplefilter("ignore")
+            stack.enter_context(warnings_are("ignore"))
             stream = stack.enter_context(opened(path, limited=False))
             if stream.peek(4)[:4] not in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"):
                 raise FileError("is no TIFF")
@@ -218,7 +217,7 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
             shape = max(height // step, 1), max(width // step, 1)
             window = Window(left, low, width, height)
             found = data.read(1, window=window, out_shape=shape, masked=True, resampling=Resampling.average)
-            values = np.ma.filled(found.astype(float), np.nan)
+            values = np.ma.filled(found.astype(float), np.nan) * data.scales[0] + data.offsets[0]
             # Of several pixels the mean is in their middle.
             x = np.interp(_middles(width, shape[1]), np.arange(width), np.sort(columns.at))
             y = np.interp(_middles(height, shape[0]), np.arange(height), np.sort(rows.at))
@@ -282,8 +281,7 @@ def _number(word: bytes) -> float:
 def _numbers(content: bytes) -> Floats:
     """All numbers (n,) of a text."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with warnings_are("error"):
             return np.fromstring(content, sep=" ")
     except (ValueError, DeprecationWarning):
         raise FileError("has words where numbers are to be") from None

@@ -5,7 +5,6 @@ than that is.
 """
 
 import math
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +17,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, LimitError
 from bubblemesh.files import opened
 from bubblemesh.messages import shown
+from bubblemesh.process.shared import warnings_are
 
 COORDINATES = ("x", "y")
 NUMBERS = "iuf"  # kinds of arrays
@@ -115,11 +115,13 @@ def read_grey(path: Path) -> Floats:
     from PIL import Image, UnidentifiedImageError
 
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # the limit here is lower
-            with opened(path) as stream, Image.open(stream, formats=PICTURES) as picture:
-                _require_few_pixels(picture)
-                return _grey(picture)
+        with (
+            warnings_are("ignore", "Image size"),  # of its own limit: the one here is lower
+            opened(path) as stream,
+            Image.open(stream, formats=PICTURES) as picture,
+        ):
+            _require_few_pixels(picture)
+            return _grey(picture)
     except Image.DecompressionBombError:
         raise _too_many_pixels() from None
     except UnidentifiedImageError:

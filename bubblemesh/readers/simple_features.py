@@ -2,6 +2,7 @@
 
 import json
 import re
+import struct
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
@@ -39,6 +40,7 @@ COLLECTION = "GeometryCollection"
 DEEPEST = 20  # collections within collections
 MOST_DIGITS = 300  # of a whole number: longer ones exceed the floats
 SYSTEM = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
+WITH_SYSTEM = 0x20000000  # flag of EWKB: a number of a reference system follows
 CURVED = "its curves (arcs) are not read: turn them into lines first, as ST_CurveToLine does"
 
 
@@ -204,7 +206,7 @@ def read_wkt(path: Path) -> FeatureCollection:
 
 
 def read_wkb(path: Path) -> FeatureCollection:
-    """The geometry of a WKB or EWKB file, or those of a file with one as hexadecimal digits in each line.
+    """The geometries of a WKB or EWKB file, one after the other, or as hexadecimal digits in a line each.
 
     FileError, or CaseError with the number of the geometry.
     """
@@ -212,10 +214,46 @@ def read_wkb(path: Path) -> FeatureCollection:
     try:
         blobs = [bytes.fromhex(line) for line in content.decode("ascii").split()]
     except (UnicodeDecodeError, ValueError):
-        blobs = [content]
+        blobs = list(_parted(content))
     names = [f"feature {number}" for number in range(len(blobs))]
     shapes = {name: shape_of_wkb(blob, name) for name, blob in zip(names, blobs, strict=True)}
     return _of_shapes(shapes, {str(shapely.get_srid(shape)) for shape in shapes.values()})
+
+
+def _parted(content: bytes) -> Iterator[bytes]:
+    """The bytes of each geometry; what cannot be followed is a part of the last one, of which its reader tells."""
+    start = 0
+    while start < len(content):
+        try:
+            end = _end_of_wkb(content, start)
+        except (struct.error, RecursionError):
+            end = len(content)
+        yield content[start:end]
+        start = end
+
+
+def _end_of_wkb(content: bytes, start: int) -> int:
+    """Where the geometry ends that begins at ``start``; struct.error if that cannot be told."""
+    order = "<" if content[start : start + 1] == b"\1" else ">"
+
+    def number(at: int) -> int:
+        (found,) = struct.unpack_from(f"{order}I", content, at)
+        return int(found)
+
+    code = number(start + 1)
+    kind, more = code % 1000 if code < 4000 else code & 0xFF, code // 1000 if code < 4000 else code >> 30
+    place = 8 * (2 + (more & 1) + (more >> 1))  # bytes of a place with its height and measure
+    at = start + (9 if code & WITH_SYSTEM else 5)
+    if kind == 1:
+        return at + place
+    if kind not in (2, 3, 4, 5, 6, 7):
+        raise struct.error(f"no geometry of straight parts: {kind}")
+    count, at = number(at), at + 4
+    if kind == 2:
+        return at + count * place
+    for _ in range(count):
+        at = at + 4 + number(at) * place if kind == 3 else _end_of_wkb(content, at)
+    return at
 
 
 def _of_shapes(shapes: dict[str, shapely.Geometry], systems: set[str]) -> FeatureCollection:

@@ -44,8 +44,8 @@ def curves_of(element: Element, transform: str, size: Size, name: str, label: st
     return curves
 
 
-def path_of(element: Element, transform: str, size: Size) -> Any:
-    """The path of a shape, in the units of the drawing."""
+def path_of(element: Element, transform: str | svgelements.Matrix, size: Size) -> Any:
+    """The path of a shape under a transform, whose arcs know the axes of their ellipses."""
     sizes = {"width": "0", "height": "0"} if element.tag == "rect" else {}
     given = {key: value for key, value in element.attributes.items() if key != "style" and value != "auto"}
     values = {**sizes, **given, "transform": transform, "attributes": element.attributes}
@@ -55,7 +55,25 @@ def path_of(element: Element, transform: str, size: Size) -> Any:
     else:
         shape = SHAPES[element.tag](values)
     shape.render(ppi=PIXELS, width=size[0], height=size[1])
-    return svgelements.Path(shape).reify()
+    path = svgelements.Path(shape).reify()
+    for segment in path:
+        if isinstance(segment, svgelements.Arc):
+            _find_axes(segment)
+    return path
+
+
+def _find_axes(arc: Any) -> None:
+    """Give an arc the semi-axes of its ellipse, of which a skew leaves two conjugate radii.
+
+    The radii u and v of points c + u cos t + v sin t are U S V^T by a singular value decomposition. Columns of U S
+    are the semi-axes, and V turns the parameter: the arc's sweep stays what it is.
+    """
+    radii = np.array([[p.x - arc.center.x, p.y - arc.center.y] for p in (arc.prx, arc.pry)]).T
+    lengths = np.hypot(*radii)
+    if not np.isfinite(radii).all() or abs(radii[:, 0] @ radii[:, 1]) <= ROUND * lengths.prod():
+        return
+    left, axes, _ = np.linalg.svd(radii)
+    arc.prx, arc.pry = (arc.center + svgelements.Point(*axis) for axis in (left * axes).T.tolist())
 
 
 def _without_flat_arcs(segments: Sequence[Any]) -> list[Any]:

@@ -196,7 +196,7 @@ def _box(drawing: Drawing, element: Element, around: Around, here: Around) -> st
         return None
     aside = replace(drawing, unused=Counter(), unclipped=Counter())
     drawn = shapes(aside, element, replace(around, clips=None))
-    paths = (path_of(one, context.transform, drawing.size) * ~matrix for one, context in drawn)
+    paths = (path_of(one, svgelements.Matrix(context.transform) * ~matrix, drawing.size) for one, context in drawn)
     boxes = np.array([box for path in paths if (box := path.bbox()) is not None], float).reshape(-1, 4)
     if len(boxes) == 0:
         return None

@@ -1,10 +1,10 @@
 """From the text of an expression to its syntax tree, and messages that point into the text."""
 
 import ast
-import warnings
 from textwrap import shorten
 
 from bubblemesh.errors import CaseError
+from bubblemesh.process.shared import warnings_are
 from bubblemesh.spacing.quantities import is_quantity
 
 MAX_CHARACTERS = 10_000
@@ -46,8 +46,7 @@ def parsed(text: str) -> ast.expr:
     if is_quantity(text):
         return ast.Name(text, lineno=1, col_offset=0, end_lineno=1, end_col_offset=len(text))
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with warnings_are("error"):
             return ast.parse(_one_line(text), mode="eval").body
     except (RecursionError, MemoryError):
         raise CaseError(f"the expression is nested too deeply: {shown(text)}") from None

@@ -136,6 +136,18 @@ def test_packed_values_are_unpacked_and_missing_ones_are_told(tmp_path):
         completed(np.full((3, 3), np.nan))
 
 
+def test_values_of_geotiff_have_their_scale_and_offset(tmp_path):
+    rasterio = pytest.importorskip("rasterio")
+    z = np.round((Z[::-1] + 100) / 0.5)
+    z[:, :30] = -9999
+    geotiff(tmp_path / "a.tif", z, nodata=-9999)
+    with rasterio.open(tmp_path / "a.tif", "r+") as file:
+        file.scales, file.offsets = (0.5,), (-100.0,)
+    grid = read_grid(tmp_path / "a.tif", None, None)
+    assert np.isnan(grid.values[:, :30]).all()
+    right(grid._replace(x=grid.x[30:], values=grid.values[:, 30:]))
+
+
 def test_missing_values_of_geotiff_are_none(tmp_path):
     z = Z[::-1].copy()
     z[:, :30] = -9999

@@ -11,6 +11,22 @@ from bubblemesh.geometry.paths import Bezier
 from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
+TRANSFORMS = [
+    "rotate(30)",
+    "skewX(60)",
+    "scale(1 3) rotate(40)",
+    "matrix(1 .2 -.9 1.5 3 4)",
+    "scale(-1 2) skewY(20)",
+    "scale(1e-3 1) rotate(45)",
+]
+ROUND_SHAPES = [
+    ('<circle cx="5" cy="3" r="2"/>', 4 * np.pi),
+    ('<ellipse cx="5" cy="3" rx="2" ry="1"/>', 2 * np.pi),
+    ('<rect width="8" height="6" rx="2" ry="1"/>', 48 - 8 + 2 * np.pi),
+    ('<path d="M-5 0A5 5 0 0 0 5 0A5 5 0 0 0 -5 0Z"/>', 25 * np.pi),
+    ('<path d="M2 0A2 1 0 1 1 0 -1L2 -1Z"/>', 1.5 * np.pi + 2),
+]
+
 
 class TestPictures:
     """SVG."""
@@ -46,6 +62,26 @@ class TestPictures:
     )
     def test_arcs_without_a_radius_are_lines_and_what_has_no_area_bounds_nothing(self, path, size, written):
         assert area(written("a.svg", SVG.format(f'<path d="{path}"/>'))) == pytest.approx(size)
+
+    @pytest.mark.parametrize("transform", TRANSFORMS)
+    @pytest.mark.parametrize(("shape", "size"), ROUND_SHAPES)
+    def test_round_shapes_are_themselves_under_any_transform(self, shape, size, transform, written):
+        matrix = pytest.importorskip("svgelements").Matrix(transform)
+        drawing = SVG.format(f'<g transform="{transform}">{shape}</g>')
+        assert area(written("a.svg", drawing)) == pytest.approx(size * abs(matrix.determinant), rel=2e-4)
+
+    @pytest.mark.parametrize("transform", TRANSFORMS)
+    def test_points_of_an_ellipse_are_where_its_transform_takes_them(self, transform, written):
+        svgelements = pytest.importorskip("svgelements")
+        shape = '<path d="M5 2 A4 1.5 30 1 0 3 4 L4 3 Z"/>'
+        plain, moved = (
+            Domain.of(*read_rings(written("a.svg", SVG.format(one)), Selection()))
+            for one in (shape, f'<g transform="{transform}">{shape}</g>')
+        )
+        matrix = svgelements.Matrix(transform)
+        points = plain.polygon.exterior.coords[:]
+        taken = [svgelements.Point(x, -y) * matrix for x, y in points]
+        assert moved.nearest(np.array([(p.x, -p.y) for p in taken])).distance.max() < 1e-3
 
     @pytest.mark.parametrize("more", ['<path d="M5 5h2z"/>', '<rect width="1" height="1" transform="scale(0, 1)"/>'])
     def test_shapes_without_an_area_are_left_out(self, more, written):

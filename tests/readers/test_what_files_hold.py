@@ -58,6 +58,41 @@ class TestBesidePolygons:
         path.write_bytes(blob if form == "binary" else blob.hex().upper().encode() + b"\n")
         assert area(path) == pytest.approx(15)
 
+    @pytest.mark.parametrize("order", [0, 1])
+    @pytest.mark.parametrize("flavor", ["extended", "iso"])
+    @pytest.mark.parametrize("form", ["binary", "hex"])
+    def test_wkb_of_several_geometries(self, tmp_path, form, flavor, order):
+        texts = [
+            "POLYGON ((0 0, 4 0, 4 4, 0 4, 0 0), (1 1, 2 1, 2 2, 1 2, 1 1))",
+            "POINT Z (1 2 3)",
+            "MULTIPOINT ((1 2), (3 4))",
+            "LINESTRING M (0 0 1, 9 9 2)",
+            "POLYGON EMPTY",
+            "GEOMETRYCOLLECTION ZM (POINT ZM (1 1 2 3), LINESTRING ZM (0 0 1 1, 9 9 1 1))",
+            "MULTIPOLYGON Z (((5 0 1, 8 0 1, 8 1 1, 5 1 1, 5 0 1)), ((9 0 1, 9 2 1, 10 2 1, 10 0 1, 9 0 1)))",
+        ]
+        with_systems = flavor == "extended"
+        blobs = [
+            shapely.to_wkb(
+                shapely.set_srid(shapely.from_wkt(text), 25832 * with_systems),
+                output_dimension=4,
+                byte_order=order,
+                flavor=flavor,
+                include_srid=with_systems,
+            )
+            for text in texts
+        ]
+        path = tmp_path / "a.wkb"
+        path.write_bytes(b"".join(blobs) if form == "binary" else b"\n".join(blob.hex().encode() for blob in blobs))
+        assert area(path, part="all") == pytest.approx(15 + 3 + 2)
+        assert notes_of(path, part="all") == [
+            "heights (z) are not used",
+            "left out: 2 lines, 4 points, 1 empty feature",
+        ]
+        path.write_bytes(b"".join(blobs)[:-3])
+        with pytest.raises(CaseError, match="feature 6: not a valid geometry"):
+            area(path, part="all")
+
     @pytest.mark.parametrize(("name", "mark"), [("a.geojsonl", ""), ("a.ndjson", "\x1e")])
     def test_an_object_in_each_line(self, written, name, mark):
         features = json.loads(collection(PLATE, POINT))["features"]
