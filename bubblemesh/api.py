@@ -183,4 +183,6 @@ def adapt(
         solution = Solution.of(read.points, read.triangles, read.values, read.name)
     elif field is not None:
         raise CaseError(f"field: names data of a file, but the solution is given as arrays (found {field!r})")
+    if not isinstance(solution, Solution):
+        raise CaseError(f"solution: must be a Solution, or a file that holds one (found {type(solution).__name__})")
     return adapting.adapted(case, solution, adapting.Target(error, nodes, anisotropic), exact, on_round)

@@ -220,6 +220,9 @@ def test_vertices_that_take_many_nodes_warn_and_corners_makes_a_curve_of_them():
         ({"effort": "fats"}, r"^mesh\(\): effort: input should be 'fast', 'normal' or 'best'"),
         ({"effort": "best", "method": "bpm"}, r"^mesh\(\): effort: the method 'bpm' does not use this key"),
         ({"seed": 1.5}, r"^mesh\(\): seed: "),
+        ({"method": None}, r"^mesh\(\): method: must be the name of one \(found None\)"),
+        ({"method": ["bpm"]}, r"^mesh\(\): method: must be the name of one"),
+        ({"labels": {"a"}}, r"^mesh\(\): labels: must be a list of names"),
         ({"seed": 1, "packing": {"seed": 2}}, r"^mesh\(\): seed: is given twice"),
         ({"packing": 3}, "packing: must be a mapping"),
         ({"max_nodes": 0}, "max_nodes: must be a whole number greater than 0"),
@@ -231,6 +234,27 @@ def test_vertices_that_take_many_nodes_warn_and_corners_makes_a_curve_of_them():
 def test_an_argument_that_is_none(arguments, text):
     with pytest.raises(CaseError, match=text):
         bubblemesh.mesh(PLATE, 0.3, **arguments)
+
+
+def test_numbers_and_arrays_may_be_those_of_numpy():
+    def made(number, array, real):
+        return bubblemesh.mesh(
+            PLATE,
+            {"value": real(0.3), "near": {"point": array([0.5, 0.5]), "size": real(0.1), "growth": real(0.25)}},
+            layers=[{"on": "outer", "first": real(0.01), "count": number(4)}],
+            seed=number(3),
+            packing={"effort": "fast"},
+            max_nodes=number(10_000),
+        )
+
+    plain, numpys = made(int, list, float), made(np.int64, np.array, np.float64)
+    assert plain.points.tobytes() == numpys.points.tobytes()
+    assert plain.triangles.tobytes() == numpys.triangles.tobytes()
+
+
+def test_what_is_no_solution_is_told():
+    with pytest.raises(CaseError, match=r"solution: must be a Solution.*found NoneType"):
+        bubblemesh.adapt(bubblemesh.load_case(ROOT / "configs/quickstart.yaml"), None)
 
 
 def test_the_limit_on_nodes_has_the_name_of_the_argument():

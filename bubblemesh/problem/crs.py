@@ -114,8 +114,8 @@ def given_bounds(domain: Domain) -> tuple[float, float, float, float]:
 def require_one_unit(keys: DomainKeys, domain: Domain, finest: float) -> None:
     """Check that a domain of maps without a system is no coast in degrees with sizes in metres; CaseError if it is.
 
-    That is sure where all coordinates are in the range of degrees, and nowhere is the spacing as fine as the domain is
-    large.
+    That is sure where all coordinates are in the range of degrees, and nowhere is the spacing as fine as twice the size
+    of the domain.
     """
     _require_one_unit(keys, domain.bounds, finest)
 
@@ -132,7 +132,7 @@ def _require_one_unit(keys: DomainKeys, bounds: tuple[float, float, float, float
     x0, y0, x1, y1 = bounds
     size = max(x1 - x0, y1 - y0)
     degrees = x0 >= -180 and x1 <= 360 and y0 >= -90 and y1 <= 90
-    if not degrees or finest < size or not any(map(readers.is_of_maps, named_files(keys))):
+    if not degrees or finest < 2 * size or not any(map(readers.is_of_maps, named_files(keys))):
         return
     with at_key("spacing"):
         raise CaseError(

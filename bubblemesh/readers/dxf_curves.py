@@ -36,6 +36,8 @@ def _line(entity: Any, name: str, label: str | None) -> Curves:
 def _arc(entity: Any, name: str, label: str | None) -> Curves:
     center = entity.ocs().to_wcs(entity.dxf.center)
     start, end, middle = finite_points([entity.start_point, entity.end_point, center], name)
+    if np.radians((entity.dxf.end_angle - entity.dxf.start_angle) % 360) > FULL_TURN:
+        end = start
     curve = CompoundCurve(start, (ArcTo(end, middle, _mirrored(entity) > 0, label),), name)
     return [curve] if start != middle else []
 

@@ -81,6 +81,16 @@ class TestDrawings:
 
         assert area(drawn(draw)) == pytest.approx(1)
 
+    @pytest.mark.parametrize("extrusion", [1, -1])
+    @pytest.mark.parametrize("turn", [(0, 360), (37, 397), (90, 90 + 360 * (1 - 1e-12))])
+    def test_an_arc_of_a_full_turn_is_closed(self, drawn, turn, extrusion):
+        path = drawn(
+            lambda document: document.modelspace().add_arc(
+                (400, 500), 0.3, *turn, dxfattribs={"extrusion": (0, 0, extrusion)}
+            )
+        )
+        assert area(path) == pytest.approx(0.09 * np.pi, rel=1e-3)
+
     def test_gaps_are_joined_within_a_tolerance_only(self, drawn):
         def draw(document):
             space = document.modelspace()

@@ -29,6 +29,8 @@ READERS: Mapping[str, str] = {
     ".2dm": "coasts.read_sms",
     ".slf": "serafin.read_serafin",
     ".nc": "ugrid.read_ugrid",
+    ".node": "triangle.read_pair",
+    ".ele": "triangle.read_pair",
 }
 # Files that a user may take for a mesh, and what to give in their place.
 NO_MESHES: Mapping[str, str] = {

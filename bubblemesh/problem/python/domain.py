@@ -156,7 +156,7 @@ def _names(labels: Labels | None, areas: int, holes: int) -> Sequence[str | None
             if name not in usual:
                 raise CaseError(f"labels: there is no ring {name!r}: {meant(str(name), usual)}")
         return [_name(labels[name]) if name in labels else None for name in usual]
-    if isinstance(labels, str) or not isinstance(labels, Iterable):
+    if not isinstance(labels, Sequence | np.ndarray) or isinstance(labels, str):  # a set has no order
         raise CaseError(
             f"labels: must be a list of names, one for each ring, or a mapping such as {{'hole-1': 'bore'}} "
             f"(found {labels!r})"

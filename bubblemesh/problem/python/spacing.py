@@ -11,6 +11,7 @@ from bubblemesh.case.spacing import checked_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.distance.distances import distance_to_labels
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.python.numbers import plain
 from bubblemesh.problem.spacing import SpacingRequest, spacing_request
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
@@ -22,7 +23,7 @@ Wanted = float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any]
 def spacing_of(spacing: Wanted, domain: Domain) -> SpacingRequest:
     """The spacing, whose values are checked, and its rules; CaseError where it is none of the four."""
     if isinstance(spacing, Mapping):
-        return spacing_request(checked_terms(spacing), domain)
+        return spacing_request(checked_terms(plain(spacing)), domain)
     term: Term = _Checked(spacing) if callable(spacing) else _expression(spacing, domain)
     return SpacingRequest(partial(_scaled, term))
 

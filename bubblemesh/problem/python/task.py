@@ -12,7 +12,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.configure import OptionError, configured
 from bubblemesh.packing.methods import Method
 from bubblemesh.problem.problem import Task
-from bubblemesh.problem.python.numbers import is_real, is_whole
+from bubblemesh.problem.python.numbers import is_real, is_whole, plain
 from bubblemesh.records import record
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Wishes:
         # Imported here since few meshes have layers.
         from bubblemesh.problem.layers import ladders_of
 
-        return ladders_of(layer_entries(self.layers), domain)
+        return ladders_of(layer_entries(plain(self.layers)), domain)
 
     def task(self) -> Task:
         """The task, named ``mesh``; CaseError, which begins with the argument, if a value of one is impossible."""
@@ -61,6 +61,8 @@ class Wishes:
         )
 
     def _check(self) -> None:
+        if not isinstance(self.method, str):
+            raise CaseError(f"method: must be the name of one (found {self.method!r})")
         if self.nodes is not None and not is_whole(self.nodes, 3):
             raise CaseError(f"nodes: must be a whole number of at least 3 (found {self.nodes!r})")
         if not is_whole(self.max_nodes, 1):
@@ -75,12 +77,12 @@ class Wishes:
 
     def _method(self) -> Method:
         """The method with its options; ``seed`` and ``effort`` are short for those of ``packing``."""
-        short = {key: value for key, value in (("seed", self.seed), ("effort", self.effort)) if value is not None}
-        packing = dict(self.packing or {})
+        short = {key: plain(each) for key, each in (("seed", self.seed), ("effort", self.effort)) if each is not None}
+        packing, schedule = plain(self.packing or {}), plain(self.schedule or {})
         for key in short.keys() & packing.keys():
             raise CaseError(f"{key}: is given twice, also as packing[{key!r}]: drop one of them")
         try:
-            return configured(self.method, packing | short, dict(self.schedule or {}))
+            return configured(self.method, packing | short, schedule)
         except OptionError as error:
             place = error.key if error.key in short else ".".join(filter(None, (error.section, error.key)))
             raise CaseError(f"{place}: {error.message}") from None

@@ -6,12 +6,13 @@ from typing import Self
 
 import numpy as np
 
-from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import require_positive, spots
+from bubblemesh.spacing.terms.given import cells_of, numbers, places, triangles_of
 from bubblemesh.spacing.terms.interpolation import MeshInterpolation
 
 FLAT = 1e-13  # height in terms of the longest side
@@ -33,9 +34,11 @@ class MeshField:
     def of(cls, points: Floats, triangles: Integers, values: Floats) -> Self:
         """Field of values (n,) at the points (n, 2) of triangles (t, 3), those without an area left out.
 
-        CaseError if a value is not positive and finite (the text names the node and its place), or no triangle is left.
+        CaseError if the shapes do not fit, a value is not positive and finite (the text names the node and its place),
+        or no triangle is left.
         """
-        points, values = np.asarray(points, float), np.asarray(values, float)
+        points = places(points)
+        triangles, values = triangles_of(triangles, len(points)), numbers(values, "values", (len(points),))
         used = np.unique(triangles)
         require_positive(values[used], lambda k: f"at node {used[k]} (from 0), {place(points[used[k]])}")
         return cls(points, _with_area(points, triangles), values)
@@ -45,8 +48,8 @@ class MeshField:
         """Field of values (t,) of the triangles, or (c,) of cells that they are parts of, averaged at the points.
 
         ``cells`` (t,) tells which one each triangle is a part of. So that the number of bubbles stays the same, it is
-        1/d^2 that is averaged, by the area around each point. CaseError if a value is not positive and finite (the text
-        names the cell's place), or no triangle has an area.
+        1/d^2 that is averaged, by the area around each point. CaseError if the shapes do not fit, a value is not
+        positive and finite (the text names the cell's place), or no triangle has an area.
         """
 
         def where(cell: int) -> str:
@@ -54,8 +57,10 @@ class MeshField:
             what = "triangle" if len(corners) == 3 else "cell"
             return f"in the {what} around {place(points[corners].mean(axis=0))}"
 
-        points, values = np.asarray(points, float), np.asarray(values, float)
-        cells = np.arange(len(triangles)) if cells is None else cells
+        points = places(points)
+        triangles = triangles_of(triangles, len(points))
+        values = numbers(values, "values", (len(triangles) if cells is None else None,))
+        cells = np.arange(len(triangles)) if cells is None else cells_of(cells, len(triangles), len(values))
         require_positive(values, where)
         values = values[cells]
         areas = np.abs(doubled_areas(points[triangles]))
@@ -103,19 +108,17 @@ def _with_area(points: Floats, triangles: Integers) -> Integers:
 def scattered(points: Floats, values: Floats) -> MeshField:
     """Linear interpolation of values (n,) on the Delaunay triangulation of points (n, 2).
 
-    Outside the points' hull, the value at its nearest place. CaseError if a coordinate is no number, a value is not
-    positive and finite, points at one place have different values, or all lie on a line; the text names the point, from
-    0, and its place.
+    Outside the points' hull, the value at its nearest place. CaseError if the shapes do not fit, a coordinate is no
+    number, a value is not positive and finite, points at one place have different values, or all lie on a line; the
+    text names the point, from 0, and its place.
     """
+    points = places(points)
+    values = numbers(values, "values", (len(points),))
     # Imported here since it takes as long as meshing a small case, and other spacings do without.
     from scipy.spatial import Delaunay, QhullError
 
-    bad = np.flatnonzero(~(np.abs(points) <= LARGEST_NUMBER).all(axis=1))
-    if len(bad):
-        what = f"no number, or above {LARGEST_NUMBER:g}"
-        raise CaseError(f"point {bad[0]} (from 0), {place(points[bad[0]])}, has a coordinate that is {what}")
     require_positive(values, lambda k: f"at point {k} (from 0), {place(points[k])}")
-    places, first, number = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    apart, first, number = np.unique(points, axis=0, return_index=True, return_inverse=True)
     twice = np.flatnonzero(values != values[first][number])
     if len(twice):
         k, other = twice[0], first[number[twice[0]]]
@@ -123,12 +126,12 @@ def scattered(points: Floats, values: Floats) -> MeshField:
             f"points {other} and {k} (from 0) are both at {place(points[k])}, with the values {values[other]:g} and "
             f"{values[k]:g}: keep one of them"
         )
-    centered = places - places.mean(axis=0)
-    extent = np.linalg.svd(centered, compute_uv=False) if len(places) > 2 else np.zeros(2)
+    centered = apart - apart.mean(axis=0)
+    extent = np.linalg.svd(centered, compute_uv=False) if len(apart) > 2 else np.zeros(2)
     if extent[1] <= THINNEST_HULL * extent[0]:
         raise CaseError("the points lie on a line, or are fewer than three: triangles between them are needed")
     try:
         triangles = Delaunay(centered / extent[0]).simplices
     except QhullError as error:  # of these its first line tells enough
         raise CaseError(f"the points cannot be triangulated: {str(error).splitlines()[0]}") from error
-    return MeshField.of(places, triangles.astype(np.int64), values[first])
+    return MeshField.of(apart, triangles.astype(np.int64), values[first])

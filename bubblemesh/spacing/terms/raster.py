@@ -10,6 +10,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import finest, is_spot, require_positive
+from bubblemesh.spacing.terms.given import numbers
 
 BAND = 1_000_000  # pixels that are looked at together: of all of them there may be many
 
@@ -33,7 +34,8 @@ class Raster:
         coordinates do not go one way, or a value is not positive and finite; the text names its row and column, from 0,
         and its place.
         """
-        _require_grid(values)
+        values = _grid(values)
+        x, y = numbers(x, "x"), numbers(y, "y")
         for name, coordinates, count, what in (("x", x, values.shape[1], "column"), ("y", y, values.shape[0], "row")):
             if coordinates.shape != (count,):
                 raise CaseError(
@@ -60,8 +62,12 @@ class Raster:
 
         The first row is the lowest one, or the highest with ``upper``. CaseError as `of`.
         """
-        _require_grid(values)
-        x0, y0, x1, y1 = bounds
+        values = _grid(values)
+        x0, y0, x1, y1 = numbers(bounds, "bounds", (4,)).tolist()
+        if not (x0 < x1 and y0 < y1):
+            raise CaseError(
+                f"bounds: must be x0, y0, x1, y1 with x0 < x1 and y0 < y1 (found {x0:g}, {y0:g}, {x1:g}, {y1:g})"
+            )
         rows, columns = values.shape
         x = x0 + (np.arange(columns) + 0.5) * ((x1 - x0) / columns)
         y = y0 + (np.arange(rows) + 0.5) * ((y1 - y0) / rows)
@@ -108,9 +114,11 @@ class Raster:
         return (1 - t) * low + t * high
 
 
-def _require_grid(values: Floats) -> None:
+def _grid(values: Floats) -> Floats:
+    values = numbers(values, "values")
     if values.ndim != 2 or values.size == 0:
         raise CaseError(f"has the shape {values.shape}: a raster has rows and columns, and at least one of each")
+    return values
 
 
 def _reach(centers: Floats) -> tuple[float, float]:
