@@ -18,6 +18,7 @@ from bubblemesh.meshfiles.text import dumped
 LABELS_FILE = ".labels.json"
 PARTITION, NODE_OWNER = "partition", "owner"  # data of triangles and of nodes: the part that has each
 GLOBAL_NODE, GLOBAL_CELL = "GlobalNodeId", "GlobalElementId"  # data of pieces: numbers in the whole mesh
+LARGEST_TAG = 2**53  # above, numbers in floating point have no ones
 LONGEST_WORD = 60  # characters of a plain word; CalculiX and Abaqus allow 80
 
 Fields = Mapping[str, Floats]
@@ -174,7 +175,7 @@ def cell_groups(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str,
     for name in TAGS:
         if blocks and name in mesh.cell_data:
             tags = np.concatenate([np.asarray(mesh.cell_data[name][k]) for k in blocks])
-            if tags.ndim == 1 and np.array_equal(tags, np.round(tags)):
+            if tags.ndim == 1 and np.array_equal(tags, np.round(tags)) and (np.abs(tags) <= LARGEST_TAG).all():
                 numbers, index = np.unique(tags.astype(np.int64), return_inverse=True)
                 return tuple(_name(mesh, int(number), noun) for number in numbers), index
     return _of_sets(mesh, blocks, noun)

@@ -86,7 +86,8 @@ def read_triangles(
     faces = _blocks(source, parts)
     if not faces:
         raise FileError(f"{path}: holds no triangles")
-    corners = [_parts(source.cells[k], parts) for k in faces]
+    with prefixed(path):
+        corners = [_parts(source.cells[k], parts) for k in faces]
     nodes = np.unique(np.concatenate([cells.ravel() for cells in corners]))
     if nodes[0] < 0 or nodes[-1] >= len(source.points):
         raise FileError(f"{path}: a triangle has a node that is not there: the file is damaged")
@@ -117,9 +118,11 @@ def read_triangles(
 
 
 def _parts(block: Block, parts: Mapping[str, Sequence[Sequence[int]]]) -> Integers:
-    """Nodes (p, 3) or (p, 4) of the parts of some cells."""
-    chosen = np.asarray(parts[block.type])
-    return np.asarray(block.data, np.int64)[:, chosen].reshape(-1, chosen.shape[1])
+    """Nodes (p, 3) or (p, 4) of the parts of some cells; FileError if these have no numbers of nodes."""
+    chosen, nodes = np.asarray(parts[block.type]), np.asarray(block.data)
+    if nodes.dtype.kind not in REAL or nodes.ndim != 2 or nodes.shape[1] <= chosen.max():
+        raise FileError(f"has cells of the kind {block.type} whose nodes are no numbers of nodes: it is damaged")
+    return nodes.astype(np.int64, copy=False)[:, chosen].reshape(-1, chosen.shape[1])
 
 
 class _Cut(NamedTuple):
@@ -348,9 +351,12 @@ def _read(path: Path) -> Source:
         with prefixed(path):
             require_mesh(source)
             require_contained(source)
-            return flattened(read_source(source))
-    except (BubblemeshError, MemoryError):
+            with np.errstate(invalid="raise"):  # of numbers that are none where whole ones are to be
+                return flattened(read_source(source))
+    except BubblemeshError:
         raise
+    except MemoryError:  # which a wrong count asks for, too
+        raise FileError(f"{path}: needs more memory than there is: it is damaged, or has to be thinned out") from None
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
     except Exception as error:  # readers of foreign formats fail in any way

@@ -226,6 +226,15 @@ def test_degrees_with_sizes_in_metres_are_refused(in_folder):
     assert (code, "add crs: {from: EPSG:4326}" in said.replace("\n", " ")) == (2, True)
 
 
+def test_a_coarse_mesh_of_a_small_square_is_no_coast_in_degrees(in_folder):
+    square = {"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]]}
+    (in_folder / "square.geojson").write_text(json.dumps(square))
+    text = "domain: {file: square.geojson}\nspacing: 1.2\n"
+    assert len(prepare(load_case("a.yaml", text=text)).domain.bounds) == 4
+    with pytest.raises(CaseError, match=r"add crs: \{from: EPSG:4326\}"):
+        prepare(load_case("a.yaml", text=text.replace("1.2", "2.5")))
+
+
 def test_messages_tell_given_places(in_folder):
     problem = prepare(case({"file": "coast.geojson"}, "30 km"))
     told = [text for text in problem.warnings if "(" in text]

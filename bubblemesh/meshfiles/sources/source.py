@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import FileError
+from bubblemesh.messages import shown
 from bubblemesh.records import record
 
 Data = NDArray[Any]
@@ -38,10 +39,21 @@ class Source:
 
     @classmethod
     def of(cls, mesh: Any) -> "Source":
-        """Source of a `meshio.Mesh`."""
+        """Source of a `meshio.Mesh`; FileError if a set of it has cells that are not there."""
         blocks = [Block(block.type, block.data) for block in mesh.cells]
+        for name, chosen in mesh.cell_sets.items():
+            if not _fits(chosen, blocks):
+                raise FileError(f"its set {shown(repr(name))} has cells that are not there: the file is damaged")
         tags = getattr(mesh, "cell_tags", {})  # of MED files
         return cls(mesh.points, blocks, mesh.point_data, mesh.cell_data, mesh.field_data, mesh.cell_sets, tags)
+
+
+def _fits(chosen: Sequence[Any], blocks: Sequence[Block]) -> bool:
+    """Whether a set has numbers of cells, or None, for each block."""
+    if len(chosen) != len(blocks):
+        return False
+    rows = [(np.asarray(some), len(block.data)) for some, block in zip(chosen, blocks, strict=True) if some is not None]
+    return all(len(some) == 0 or (some.dtype.kind in "iu" and 0 <= some.min() <= some.max() < n) for some, n in rows)
 
 
 def with_named_edges(points: Data, faces: Sequence[Block], edges: Mapping[str, Integers], **more: Any) -> Source:
