@@ -242,6 +242,34 @@ def _owned(folder: Path) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def locked(folder: Path) -> Iterator[bool]:
+    """Hold the lock of a folder that stays, which the system gives up however a process ends.
+
+    It is False if another process, or another block, holds it; where there are no locks it is True for all. OSError if
+    there is no such folder.
+    """
+    if fcntl is None:
+        yield True
+        return
+    number = os.open(folder, FOLDER)
+    try:
+        yield _is_mine(number)
+    finally:
+        os.close(number)
+
+
+def _is_mine(number: int) -> bool:
+    """Whether the lock of an open file is, or now becomes, that of this opening."""
+    try:
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return True
+    return True
+
+
 def _remove_abandoned(parent: Path, prefix: str) -> None:
     """Remove the temporary folders that nobody owns any more."""
     for owner in parent.glob(f"{escape(prefix)}*/{OWNER}") if fcntl is not None else ():

@@ -4,7 +4,7 @@ import zlib
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, get_type_hints
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast, get_type_hints
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
@@ -33,7 +33,7 @@ class Store(Protocol):
         """Keep a part."""
 
     def margin(self, number: int) -> "Margin | None":
-        """All of a part but its core; None if it is not there."""
+        """All of a part but its core; None if it is not there as a whole."""
 
     def core(self, number: int) -> "Core":
         """The core of a part that is there."""
@@ -82,10 +82,14 @@ class InFolder:
             raise unwritten(path, error) from None
 
     def margin(self, number: int) -> "Margin | None":
-        """All of a part but its core; None if it is not there."""
+        """All of a part but its core; None if it is not there, or damaged, as after a loss of power: both are read."""
         from bubblemesh.parts.cores import Margin
 
-        return self._read(number, Margin, "margin") if (self._folder / NAME.format(number)).exists() else None
+        try:
+            self.core(number)
+            return cast("Margin", self._read(number, Margin, "margin"))
+        except FileError:
+            return None
 
     def core(self, number: int) -> "Core":
         """The core of a part."""

@@ -2,14 +2,14 @@
 
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from glob import escape
 from pathlib import Path
 
 from bubblemesh import __version__
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError
-from bubblemesh.files import temporary_folder, unwritten
+from bubblemesh.files import locked, temporary_folder, unwritten
 from bubblemesh.meshfiles.formats import whole_only
 from bubblemesh.meshfiles.transaction import existing
 from bubblemesh.parts.store import IN_MEMORY, InFolder, Keeping
@@ -52,17 +52,25 @@ def parts_kept(case: Case, place: Destination | StreamDestination, resume: bool,
 
 @contextmanager
 def _remaining(parent: Path, prefix: str, digest: str) -> Iterator[Path]:
-    """A folder that stays after an exception; otherwise it goes, and those of other inputs with it."""
+    """A folder that stays after an exception; otherwise it goes, and those of other inputs with it.
+
+    CaseError if another run is at work there.
+    """
     folder = parent / f"{prefix}{digest}"
     folder.mkdir(exist_ok=True)
-    try:
-        yield folder
-    except BaseException:
-        with suppress(OSError):
-            folder.rmdir()  # if nothing was done
-        raise
-    for other in parent.glob(f"{escape(prefix)}*"):
-        shutil.rmtree(other, ignore_errors=True)
+    with locked(folder) as mine:
+        if not mine:
+            raise CaseError(f"--resume: another run is at work with the parts in {folder}: wait until it has ended")
+        try:
+            yield folder
+        except BaseException:
+            with suppress(OSError):
+                folder.rmdir()  # if nothing was done
+            raise
+        for other in parent.glob(f"{escape(prefix)}*"):
+            with suppress(OSError), nullcontext(True) if other == folder else locked(other) as abandoned:
+                if abandoned:
+                    shutil.rmtree(other, ignore_errors=True)
 
 
 def _within(folder: Path, scale: float) -> Path:
