@@ -252,7 +252,7 @@ def crew_for(case: "Case", jobs: int | None, cluster: str | None, *, at_once: bo
         if jobs is not None or cluster is not None:
             raise CaseError("--jobs and --cluster: a mesh in one piece takes one process: add --parts auto")
         return nullcontext(alone)
-    from bubblemesh.workers.crew import crew_of
+    from bubblemesh.workers.crew import MANY, crew_of
     from bubblemesh.workers.hire import workers_at
 
     def warn(message: str) -> None:
@@ -261,7 +261,8 @@ def crew_for(case: "Case", jobs: int | None, cluster: str | None, *, at_once: bo
         console.warn([message])
 
     # With parts: auto one part may be enough, and they start in vain: most who ask for parts have large meshes.
-    return crew_of(workers_at(jobs, cluster), warn, PACKING if at_once and case.parts != 1 else None)
+    ahead = PACKING if at_once and case.parts != 1 else None
+    return crew_of(workers_at(jobs, cluster), warn, ahead, MANY if case.parts == "auto" else case.parts)
 
 
 def destination_of(

@@ -16,12 +16,12 @@ if TYPE_CHECKING:  # or workers could not start before all that packs is loaded 
 
 T = TypeVar("T")
 Given = tuple[int, "Job"]  # with its number
-MANY = 1 << 30  # parts: their number does not limit that of the workers
+MANY = 1 << 30  # workers: whoever hires them knows how many there can be
 
 
 @contextmanager
-def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None) -> Iterator["Crew"]:
-    """Crew of workers that end with the block.
+def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None, most: int = MANY) -> Iterator["Crew"]:
+    """Crew of workers, ``most`` of them or fewer, that end with the block.
 
     They are hired at once if a module is named that has what they will call, and load it meanwhile; else for the first
     job.
@@ -29,12 +29,12 @@ def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None) -
     with ExitStack() as stack:
         hired: list[Workers] = []
         if ahead is not None:
-            hired.append(stack.enter_context(hire(MANY)))
+            hired.append(stack.enter_context(hire(most)))
             hired[0].load(ahead)
 
         def call(function: Callable[..., T], jobs: Iterable["Job"]) -> Iterator[tuple[int, T]]:
             if not hired:
-                hired.append(stack.enter_context(hire(MANY)))
+                hired.append(stack.enter_context(hire(most)))
             return called(hired[0], function, jobs, warn)
 
         yield call
