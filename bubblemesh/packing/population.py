@@ -3,6 +3,7 @@
 The published scheme goes by thresholds of the bubbles' overlap, the other by the defects of the triangulation.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Annotated, Literal, NamedTuple, Protocol
 
@@ -239,13 +240,20 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
 
 def across_wide_corners(net: Net, gone: Booleans) -> Integers:
     """Edges (k, 2) inside the domain that face too wide an angle at a corner of the boundary."""
+    return np.sort(facing_wide_corners(net, gone, lambda at, v: v / net.bubbles.d[at, None]), axis=1)
+
+
+def facing_wide_corners(net: Net, gone: Booleans, in_spacings: Callable[[Integers, Floats], Floats]) -> Integers:
+    """Edges (k, 2) as of `across_wide_corners`, by the angles and lengths where the spacing is 1 in all directions.
+
+    The function takes vectors (m, 2) at bubbles (m,) to those there.
+    """
     x, corners = net.bubbles.x, net.bubbles.corners
     first = np.argmin(net.triangles, axis=1)
     beside = np.flatnonzero(any_of_rows(net.triangles < corners) & ~any_of_rows(gone[net.triangles]))
     apex, a, b = (net.triangles[beside, (first[beside] + k) % 3] for k in range(3))
-    u, v = taken(x, a) - taken(x, apex), taken(x, b) - taken(x, apex)
-    lengths = np.hypot(*u.T) * np.hypot(*v.T)
-    wide = np.einsum("ij,ij->i", u, v) < WIDEST_CORNER * lengths
-    roomy = np.hypot(*(u + v).T) / 2 > NEAREST_TO_CORNER * net.bubbles.d[apex]
-    faced = np.sort(np.column_stack([a, b])[wide & roomy], axis=1)
+    u, v = (in_spacings(apex, taken(x, end) - taken(x, apex)) for end in (a, b))
+    wide = np.einsum("ij,ij->i", u, v) < WIDEST_CORNER * np.hypot(*u.T) * np.hypot(*v.T)
+    roomy = np.hypot(*(u + v).T) / 2 > NEAREST_TO_CORNER
+    faced = np.column_stack([a, b])[wide & roomy]
     return faced[~net.are_facets(faced)]

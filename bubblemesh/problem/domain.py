@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,7 @@ from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_a
 
 if TYPE_CHECKING:
     from bubblemesh.problem.shoreline import Sea
+    from bubblemesh.spacing.spacing import Spacing
 
 DOMAIN = Key(["domain"])
 
@@ -80,10 +82,11 @@ def _sea(case: Case) -> Domain:
         shore = tuple(label for label in SHORE if label in domain.labels)
         return replace(domain, plane=given_plane(), groups={"shore": shore})
 
-    if keys.shoreline.narrowest is not None or keys.shoreline.detail == "auto":
-        request = case_spacing(case, domain_of(sea))
-        return domain_of(fitted(sea, keys, request.at(None).extended))
-    return domain_of(fitted(sea, keys, lambda points: points[:, 0]))
+    @cache
+    def spacing() -> "Spacing":  # which is asked for only where the shore that is kept depends on it
+        return case_spacing(case, domain_of(sea)).at(None)
+
+    return domain_of(fitted(sea, keys, lambda points: spacing().extended(points)))
 
 
 def _advice(keys: DomainKeys, key: Key) -> str:

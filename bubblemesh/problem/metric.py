@@ -31,7 +31,7 @@ from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
-from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
+from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing, require_positive_definite
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
 
@@ -156,10 +156,7 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
         bad = np.flatnonzero(np.abs(other - tensors[:, 1]) > UNEQUAL * np.abs(tensors).max(axis=1))
         if len(bad):
             raise CaseError(f"is not symmetric at {place(read.points[bad[0]])}: m12 and m21 have to be the same")
-        sizes = area_sizes(tensors)
-        bad = np.flatnonzero(~(np.isfinite(sizes) & (sizes > 0)))
-        if len(bad):
-            raise CaseError(f"is not positive definite and finite at {place(read.points[bad[0]])}")
+        require_positive_definite(area_sizes(tensors), lambda k: read.points[k])
     x0, y0, x1, y1 = given_bounds(domain)
     low, high = read.points.min(axis=0), read.points.max(axis=0)
     if not ((low <= (x1, y1)).all() and (high >= (x0, y0)).all()):
@@ -189,11 +186,8 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[s
     with prefixed(model.file):
         if any(not (np.array_equal(one.x, first.x) and np.array_equal(one.y, first.y)) for one in found):
             raise CaseError("m11, m12 and m22 have pixels at other places: write them on one grid")
-        sizes = area_sizes(np.column_stack([one.values.ravel() for one in found])).reshape(first.values.shape)
-        bad = np.argwhere(~(np.isfinite(sizes) & (sizes > 0)))
-        if len(bad):
-            row, column = bad[0].tolist()
-            raise CaseError(f"is not positive definite and finite at {place((first.x[column], first.y[row]))}")
+        tensors, columns = np.column_stack([one.values.ravel() for one in found]), len(first.x)
+        require_positive_definite(area_sizes(tensors), lambda k: (first.x[k % columns], first.y[k // columns]))
     return Entries(*found), notes
 
 

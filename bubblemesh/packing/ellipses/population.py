@@ -13,10 +13,9 @@ from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.population import (
     FEWEST_NEIGHBOURS,
     MANY_NEIGHBOURS,
-    NEAREST_TO_CORNER,
     TOO_NEAR_CORNER,
-    WIDEST_CORNER,
     Defects,
+    facing_wide_corners,
     losers,
 )
 from bubblemesh.packing.splicing import removed, with_middles
@@ -134,13 +133,4 @@ def _too_long(ellipses: EllipseNet, lengths: Floats, gone: Booleans, defects: De
 
 def _across_wide_corners(ellipses: EllipseNet, gone: Booleans) -> Integers:
     """Edges (k, 2) inside the domain that face, in the metric, too wide an angle at a corner of the boundary."""
-    net, x, corners = ellipses.net, ellipses.net.bubbles.x, ellipses.net.bubbles.corners
-    first = np.argmin(net.triangles, axis=1)
-    beside = np.flatnonzero((net.triangles.min(axis=1) < corners) & ~gone[net.triangles].any(axis=1))
-    apex, a, b = (net.triangles[beside, (first[beside] + k) % 3] for k in range(3))
-    root = roots(ellipses.tensors[apex])
-    u, v = mapped(root, x[a] - x[apex]), mapped(root, x[b] - x[apex])
-    wide = np.einsum("ij,ij->i", u, v) < WIDEST_CORNER * np.hypot(*u.T) * np.hypot(*v.T)
-    roomy = np.hypot(*(u + v).T) / 2 > NEAREST_TO_CORNER
-    faced = np.column_stack([a, b])[wide & roomy]
-    return faced[~net.are_facets(faced)]
+    return facing_wide_corners(ellipses.net, gone, lambda at, v: mapped(roots(ellipses.tensors[at]), v))

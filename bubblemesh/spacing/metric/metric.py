@@ -1,6 +1,6 @@
 """The spacing in a metric: a size for each direction, checked wherever it is used."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import field
 
 import numpy as np
@@ -53,7 +53,7 @@ class MetricSpacing(Spacing):
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain; CaseError where the metric is not positive and finite."""
         d = self._values(points)
-        _require_positive(points, d)
+        _require_metric(points, d)
         return d
 
     def axes(self, points: Floats) -> Axes:
@@ -67,7 +67,7 @@ class MetricSpacing(Spacing):
     def _checked(self, points: Floats) -> Floats:
         """Tensors as of `at`; CaseError as where the spacing is asked for."""
         found = self.axes(points)
-        _require_positive(points, found.diameters)
+        _require_metric(points, found.diameters)
         return found.tensors
 
     def along(self, boundary: Boundary, piece: Integers, s: Floats) -> Floats:
@@ -136,12 +136,16 @@ def _metric(points: Floats) -> list[Key]:
     return [Key(["metric"])] * len(points)
 
 
-def _require_positive(points: Floats, d: Floats) -> None:
-    """CaseError unless ellipses at points (n, 2) have diameters d (n,), those of circles of their areas."""
+def require_positive_definite(d: Floats, where: Callable[[int], Sequence[float]]) -> None:
+    """CaseError unless ellipses have diameters d (n,), those of circles of their areas, with ``where`` one has none."""
     bad = np.flatnonzero(~(np.isfinite(d) & (d > 0)))
     if len(bad):
-        with at_key("metric"):
-            raise CaseError(
-                f"is not positive definite and finite at {place(points[bad[0]])}, as it has to be in the whole "
-                "domain: there a size is zero, negative or no number, or m12 is too large"
-            )
+        raise CaseError(
+            f"is not positive definite and finite at {place(where(int(bad[0])))}: there a size is zero, negative or no "
+            "number, or m12 is too large"
+        )
+
+
+def _require_metric(points: Floats, d: Floats) -> None:
+    with at_key("metric"):
+        require_positive_definite(d, lambda k: points[k])
