@@ -22,6 +22,7 @@ MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not wh
 LOW = 0.5  # of the height that is asked for
 NEARLY = 0.05  # relative difference of a first height from the wanted one
 SHORTEST = 5  # places that are told
+ENDED = "something is in their way, or they end one by one, as ends: taper lets them"
 
 
 @record
@@ -62,7 +63,7 @@ class LabelLayers:
     aspect : float
         Largest ratio of a cell's width to its height.
     across_front : float or None
-        Median of the ratio of heights across the front: of packed triangles on it to the last layer.
+        Median of the ratio of heights across the front, fans left out: of packed triangles on it to the last layer.
     """
 
     label: str
@@ -105,16 +106,16 @@ class LabelLayers:
         if self.isotropic:
             return (
                 f"layers on {self.label!r}: triangles beside them are {self.across_front:.3g} times as high as the "
-                "last layer, since columns end before they are as high as wide: the wall has too few of them, or "
-                "something is in their way; a larger first or growth needs fewer layers"
+                "last layer, since columns end before they are as high as wide: the wall has too few of them, "
+                f"{ENDED}; a larger first or growth needs fewer layers"
             )
         times = f"{self.across_front:.3g}"
         told = f"layers on {self.label!r}: triangles beside them are {times} times as high as the last layer"
         if self.complete < MOSTLY:
-            return f"{told}, since columns end before they have all layers: something is in their way"
+            return f"{told}, since columns end before they have all layers: {ENDED}"
         if self.by_thickness:  # more of them would be thinner ones
             return f"{told}: first with until: isotropic, in place of thickness, lets sizes pass without a jump"
-        more = int(np.ceil(np.log(self.across_front / most) / np.log(self.growth))) if self.growth > 1 else 0
+        more = int(np.ceil(np.log(self.across_front) / np.log(self.growth))) if self.growth > 1 else 0
         count = f", or count: {wanted}" if more and (wanted := self.count["wanted"] + more) <= MOST_LAYERS else ""
         return f"{told}: until: isotropic{count} lets sizes pass without a jump"
 
@@ -151,7 +152,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     order = np.argsort(np.where(low, share - 1, share), kind="stable")
     short = which[order[~full[order]]][:SHORTEST]
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
-    next_ones = across[mine & np.isfinite(across)]
+    next_ones = across[mine & columns.apart & np.isfinite(across)]
     return LabelLayers(
         label=label,
         region=ladder.region,

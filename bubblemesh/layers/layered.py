@@ -49,5 +49,5 @@ def _require_walls(walls: Walls, number: int, ladder: Ladder) -> None:
         if ladder.first > spacing:
             raise CaseError(
                 f"the first layer, {ladder.first:.4g} high, is higher than the spacing on these walls, which is "
-                f"{spacing:.4g} at most: make first smaller, or the spacing larger"
+                f"{spacing:.4g} at most: make it lower, by first or by thickness and count, or the spacing larger"
             )
