@@ -309,16 +309,22 @@ def has_copies() -> bool:
 
 
 def _written(contents: Mapping[str, bytes], folder: Path) -> dict[Path, Path]:
-    """A copy of each file; those of one folder stay together, as some formats find files beside theirs."""
-    numbers: dict[Path, int] = {}
+    """A copy of each file; those of one folder and below it stay together, as some formats find files beside theirs."""
+    places: dict[Path, Path] = {}
     copies = {}
     for name, content in contents.items():
         path = Path(name)
-        place = folder / str(numbers.setdefault(path.parent, len(numbers)))
-        place.mkdir(exist_ok=True)
+        below = [(place, path.parent.relative_to(top)) for top, place in places.items() if _is_below(path.parent, top)]
+        place = below[0][0] / below[0][1] if below else places.setdefault(path.parent, folder / str(len(places)))
+        place.mkdir(parents=True, exist_ok=True)
         copies[path] = place / path.name
         copies[path].write_bytes(content)
     return copies
+
+
+def _is_below(folder: Path, top: Path) -> bool:
+    """Whether a folder is another one, or in it."""
+    return folder.is_relative_to(top) and ".." not in folder.relative_to(top).parts
 
 
 def is_writable(name: str) -> bool:

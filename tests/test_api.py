@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import os
+import pickle
 import re
 import subprocess
 import sys
@@ -228,6 +229,8 @@ def test_vertices_that_take_many_nodes_warn_and_corners_makes_a_curve_of_them():
         ({"max_nodes": 0}, "max_nodes: must be a whole number greater than 0"),
         ({"angle_min": "x"}, "angle_min: must be from 0 to 30"),
         ({"largest": "x"}, "largest: must be an area"),
+        ({"largest": math.inf}, "largest: must be an area"),
+        ({"corners": 30, "smooth": "yes"}, "smooth: must be true or false"),
         ({"progress": 3}, "progress: must be a function"),
     ],
 )
@@ -250,6 +253,13 @@ def test_numbers_and_arrays_may_be_those_of_numpy():
     plain, numpys = made(int, list, float), made(np.int64, np.array, np.float64)
     assert plain.points.tobytes() == numpys.points.tobytes()
     assert plain.triangles.tobytes() == numpys.triangles.tobytes()
+
+
+def test_an_error_of_a_picture_travels_between_processes(disc):
+    with pytest.raises(CaseError) as told:
+        disc.plot(color="zz")
+    again = pickle.loads(pickle.dumps(told.value))
+    assert (type(again), str(again), again.option) == (type(told.value), str(told.value), "color")
 
 
 def test_what_is_no_solution_is_told():

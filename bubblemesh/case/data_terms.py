@@ -4,7 +4,6 @@ A new one is a model here with its key in `DataTerms`, a function in ``spacing/t
 ``problem/data_terms.py`` that makes the one of the other.
 """
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -46,11 +45,11 @@ class DataTerm(Strict):
         """Files that the term names, with those that belong to them."""
         name = getattr(self, "file", None)
         if name is not None:
-            data = Path(name)
-            yield data
-            beside = data.parent / f"{data.stem}.h5"
-            if beside != data and os.path.exists(beside):  # noqa: PTH110 - the method of paths fails for too long a name
-                yield beside
+            # Imported here since few cases have data.
+            from bubblemesh.meshfiles.beside import files_beside
+
+            yield Path(name)
+            yield from files_beside(Path(name))
 
 
 class Tabulated(DataTerm):

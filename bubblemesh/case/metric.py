@@ -1,7 +1,5 @@
 """Metrics of a case file: spacings that depend on the direction, of which the smallest counts in each direction."""
 
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
@@ -75,13 +73,6 @@ class FieldMetric(MetricTerm, DataTerm):
     bounds: Bounds | None = Field(
         default=None, description="Rectangle [x0, y0, x1, y1] that the pixels of arrays fill; else those named x and y."
     )
-
-    def files(self) -> Iterator[Path]:
-        """Files that the term names, with those that belong to them."""
-        yield from super().files()
-        beside = Path(self.file).with_suffix(".sol")
-        if Path(self.file).suffix == ".mesh" and beside.exists():
-            yield beside
 
 
 KINDS = Choice("a mapping", ("angle", "m11", "like", "file"))

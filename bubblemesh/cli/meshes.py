@@ -62,17 +62,23 @@ def quality(
 
 
 def in_metric(mesh: Path, as_json: bool) -> None:
-    """Report the quality of a mesh in the metric of its triangles, which its file holds."""
+    """Report the quality of a mesh in the metric of its triangles, which its file holds, but for boundary layers."""
+    import numpy as np
+
     from bubblemesh import console
     from bubblemesh.console.report import show_quality
     from bubblemesh.meshes.metric import ENTRIES, MeasuresInMetric, measures_of, spacing_along_edges
-    from bubblemesh.meshes.quality import mesh_figures
+    from bubblemesh.meshes.quality import LAYER, mesh_figures
     from bubblemesh.meshfiles.read import read_mesh
 
     read = read_mesh(mesh)
     points, triangles = read.mesh.points, read.mesh.triangles[:, :3]
     console.warn([*chosen(mesh, read.notes, read.left_out), *turned(mesh, points, triangles)])
-    measures = measures_of(points, triangles, read.cell_data)
+    packed = read.cell_data.get(LAYER, np.zeros(len(triangles))) == 0
+    if not packed.all():
+        console.warn([f"{mesh}: {np.count_nonzero(~packed)} triangles of boundary layers are left out, as in reports"])
+    data = {name: values[packed] for name, values in read.cell_data.items()}
+    measures = measures_of(points, triangles[packed], data)
     if not isinstance(measures, MeasuresInMetric):
         raise CaseError(f"--metric: {mesh} holds no metric: its triangles need the data {', '.join(ENTRIES)}")
     figures = mesh_figures(measures, lambda points, edges: spacing_along_edges(measures))

@@ -138,6 +138,11 @@ class Plane:
             return points
         return self._continuous(self.target, _transformed(self.definition, self.target, points))
 
+    @property
+    def writes_degrees(self) -> bool:
+        """Whether the coordinates that are written are longitudes and latitudes."""
+        return self.target is not None and bool(known_system(self.target).is_geographic)
+
     def _continuous(self, system: str, points: Floats) -> Floats:
         """Points (n, 2) in a system, whose longitudes go on across the date line."""
         if not known_system(system).is_geographic or abs(self.middle[0]) + WIDEST / 2 < HALF_TURN:

@@ -79,6 +79,8 @@ class Mesh:
         Entries m11, m12 and m22 of the metric at each node, for the file beside Medit's; of no length unless given.
     open_labels : tuple of str
         Labels of open water, for the same formats; unless given, ``open`` and what begins with ``open_``.
+    geographic : bool
+        Whether the coordinates are longitudes and latitudes, for formats that tell.
     """
 
     points: Floats
@@ -100,6 +102,7 @@ class Mesh:
     depth: Floats = field(default_factory=lambda: np.zeros(0))
     metric: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     open_labels: tuple[str, ...] = ()
+    geographic: bool = False
 
     def __post_init__(self) -> None:
         require_pairs(self.triangles, self.quads)

@@ -58,10 +58,19 @@ def _sizes(path: Path) -> dict[str, int]:
 
 
 def _check_xdmf(path: Path) -> None:
+    sizes: dict[Path, dict[str, int]] = {}
+    total = 0
+    for other, inside in _parts_of_xdmf(path):
+        if other not in sizes:
+            sizes[other] = _sizes(other)
+        total += sizes[other].get(inside.strip("/"), 0)
+    _require_little(total)
+
+
+def _parts_of_xdmf(path: Path) -> Iterator[tuple[Path, str]]:
+    """The files in which XDMF's data are, beside its own, and where within these."""
     from xml.etree import ElementTree  # which a case without mesh files should not wait for
 
-    sizes: dict[str, dict[str, int]] = {}
-    total = 0
     for item in ElementTree.fromstring(read_bytes(path)).iter("DataItem"):
         kind = item.get("Format", "XML")
         if kind not in ("HDF", "XML"):
@@ -69,10 +78,13 @@ def _check_xdmf(path: Path) -> None:
         name, _, inside = (item.text or "").strip().partition(":") if kind == "HDF" else ("", "", "")
         if PurePath(name).name != name:
             raise FileError("its data are in a file in another folder: put the two into one folder")
-        if name and name not in sizes:
-            sizes[name] = _sizes(path.parent / name)
-        total += sizes[name].get(inside.strip("/"), 0) if name else 0
-    _require_little(total)
+        if name:
+            yield path.parent / name, inside
+
+
+def files_of_xdmf(path: Path) -> Iterator[Path]:
+    """The files in which XDMF's data are, beside its own; errors as of `require_contained`, or of the XML's reader."""
+    return (other for other, _ in _parts_of_xdmf(path))
 
 
 def _check_include(path: Path) -> None:

@@ -126,6 +126,11 @@ def plain_words(mesh: Mesh, reserved: Iterable[str] = (), dimensions: Iterable[i
     return words
 
 
+def names_of_points(mesh: Mesh) -> list[str]:
+    """Return the names of the groups of the labelled points, in the order of their labels."""
+    return [name for name, group in group_names(mesh).items() if group.dimension == 0]
+
+
 def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *, complete: bool) -> str | None:
     """Text of the sidecar: id and dimension of each group by name, and its name in a format that spells it otherwise.
 

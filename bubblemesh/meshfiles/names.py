@@ -8,6 +8,7 @@ from typing import Any
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
+from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import LABELS_FILE
 from bubblemesh.meshfiles.sources.source import Source
 
@@ -15,7 +16,7 @@ from bubblemesh.meshfiles.sources.source import Source
 def named(source: Source, path: Path) -> Source:
     """The source with the names that NAME.labels.json beside the file tells; as it is, with a note if that is damaged.
 
-    Names that the file itself has go first.
+    Names that the file itself has go first, as its format spells them.
     """
     beside = _labels_file(path)
     if beside is None:
@@ -26,9 +27,25 @@ def named(source: Source, path: Path) -> Source:
         reason = str(error) if isinstance(error, FileError) else "is no table of labels as this program writes it"
         return replace(source, notes=(*source.notes, f"{beside.name} beside it {reason}: names are left out"))
     numbers = {name: (entry["id"], entry["dimension"]) for name, entry in entries.items()}
-    words = {word: name for name, entry in entries.items() for word in entry["written"]}
-    sets = {words.get(name, name): cells for name, cells in source.cell_sets.items()}
-    return replace(source, field_data={**numbers, **source.field_data}, cell_sets=sets)
+    true = _spelling(source, path, entries)
+    return replace(
+        source,
+        field_data={**numbers, **{true.get(name, name): number for name, number in source.field_data.items()}},
+        cell_sets={true.get(name, name): cells for name, cells in source.cell_sets.items()},
+        open_sets=tuple(true.get(name, name) for name in source.open_sets),
+        cell_tags={tag: [true.get(name, name) for name in names] for tag, names in source.cell_tags.items()},
+    )
+
+
+def _spelling(source: Source, path: Path, entries: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """The true name of each word in the file, by that format of its ending whose words these are.
+
+    The same word may stand for other names in other formats.
+    """
+    used = {*source.field_data, *source.cell_sets, *(name for names in source.cell_tags.values() for name in names)}
+    forms = [None, *(name for name, form in FORMATS.items() if form.files[0].endswith(path.suffix.lower()))]
+    spellings = [{entry["written"].get(form, name): name for name, entry in entries.items()} for form in forms]
+    return max(spellings, key=lambda words: len(used & words.keys()))
 
 
 def _labels_file(path: Path) -> Path | None:
@@ -46,5 +63,9 @@ def _entries(table: Any) -> dict[str, dict[str, Any]]:
         number, dimension, written = entry.get("id"), entry.get("dimension"), entry.get("written", {})
         if not isinstance(number, int) or dimension not in (0, 1, 2) or not isinstance(written, Mapping):
             raise ValueError("no entry")
-        found[name] = {"id": number, "dimension": dimension, "written": [str(word) for word in written.values()]}
+        found[name] = {
+            "id": number,
+            "dimension": dimension,
+            "written": {str(form): str(word) for form, word in written.items()},
+        }
     return found

@@ -194,6 +194,8 @@ def read_mesh(path: Path) -> MeshWithData:
         regions=regions,
         triangle_regions=region[file.cells] if regions else region,
         quads=file.quads,
+        open_labels=tuple(label for label in labels if label in source.open_sets),
+        geographic=source.geographic,
     )
     cell_data = {
         name: np.concatenate([np.asarray(data[k]) for k in file.faces])[file.cells]

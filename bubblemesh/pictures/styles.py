@@ -53,6 +53,9 @@ class PlotOptionError(CaseError):
         super().__init__(f"{option}: {problem}")
         self.option, self.problem = option, problem
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.option, self.problem), vars(self)
+
 
 @record
 class PlotOptions:

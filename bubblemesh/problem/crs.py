@@ -1,6 +1,6 @@
 """Coordinate reference systems of a case, checked, and what they make of its spacing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from bubblemesh.spacing.expression import DistanceTo, Expression, Rasters, names
 from bubblemesh.spacing.spacing import Spacing
 
 AUTO = "auto"
+FARTHEST = 540.0, 100.0  # longitude and latitude, in degrees, that data reaches beyond which there are none
 
 
 def projecting_of(keys: CrsKeys) -> Projecting:
@@ -109,6 +110,23 @@ def given_bounds(domain: Domain) -> tuple[float, float, float, float]:
     points = domain.plane.given(domain.boundary.corners)
     (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     return x0, y0, x1, y1
+
+
+def require_given(bounds: Sequence[float], domain: Domain) -> None:
+    """Check that the box (x0, y0, x1, y1) of data can be one of longitudes and latitudes, if those were given.
+
+    CaseError if not: data on a mesh of the case itself may be where this was written, in the plane.
+    """
+    plane = domain.plane
+    if plane is None or not known_system(plane.source).is_geographic:
+        return
+    far = np.abs([each if np.isfinite(each) else 0.0 for each in bounds]).reshape(2, 2).max(axis=0)
+    if (far > FARTHEST).any():
+        x0, y0, x1, y1 = bounds
+        raise CaseError(
+            f"its data is in [{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}], which are no longitudes and latitudes: files "
+            f"have the coordinates of crs.from, {plane.source}, and meshes are written in those of crs.to"
+        )
 
 
 def require_one_unit(keys: DomainKeys, domain: Domain, finest: float) -> None:

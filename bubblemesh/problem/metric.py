@@ -22,7 +22,7 @@ from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections
 from bubblemesh.meshfiles.read import read_nodal_field
 from bubblemesh.messages import counted, place
-from bubblemesh.problem.crs import bound_in, given_bounds
+from bubblemesh.problem.crs import bound_in, given_bounds, require_given
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.files import own_files
 from bubblemesh.readers.netcdf import netcdf
@@ -159,6 +159,8 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
         require_positive_definite(area_sizes(tensors), lambda k: read.points[k])
     x0, y0, x1, y1 = given_bounds(domain)
     low, high = read.points.min(axis=0), read.points.max(axis=0)
+    with prefixed(model.file):
+        require_given((*low.tolist(), *high.tolist()), domain)
     if not ((low <= (x1, y1)).all() and (high >= (x0, y0)).all()):
         raise CaseError(
             f"{model.file}: its mesh, from {place(low)} to {place(high)}, lies beside the domain, which is from "
@@ -184,6 +186,7 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[s
     found, notes = rasters_in(model.file, model.bounds, ENTRIES, box, system)
     first = found[0]
     with prefixed(model.file):
+        require_given(first.bounds, domain)
         if any(not (np.array_equal(one.x, first.x) and np.array_equal(one.y, first.y)) for one in found):
             raise CaseError("m11, m12 and m22 have pixels at other places: write them on one grid")
         tensors, columns = np.column_stack([one.values.ravel() for one in found]), len(first.x)

@@ -24,7 +24,7 @@ from bubblemesh.geometry.distance.distances import (
 )
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
-from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, terms_in
+from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, require_given, terms_in
 from bubblemesh.problem.files import own_files
 from bubblemesh.records import record
 from bubblemesh.spacing.expression import Expression, Rasters
@@ -247,6 +247,9 @@ def _data(
 
     box = given_bounds(domain)
     found = data_functions(terms, box, variables)
+    for key, data in found.items():
+        with at_key(*key):
+            require_given(data.bounds, domain)
     astray = (elsewhere(key, data, box) for key, data in found.items())
     return found, tuple(filter(None, astray))
 

@@ -48,5 +48,5 @@ def completed(mesh: Mesh | SlicedMesh, problem: Problem) -> Completed:
     if isinstance(problem.spacing, MetricSpacing) and (plane is None or not plane.target):
         mesh = replace(mesh, metric=problem.spacing.at(mesh.points))
     if plane is not None:
-        mesh = mesh.mapped(plane.written)
+        mesh = replace(mesh.mapped(plane.written), geographic=plane.writes_degrees)
     return Completed(mesh, straight, water)

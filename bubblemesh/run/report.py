@@ -227,9 +227,14 @@ def _plain(value: Any) -> Any:
     return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
 
 
-def triangle_fields(measures: Measures, wanted: Spacing) -> dict[str, Floats]:
-    """Data (t,) of the triangles: quality, and at their centroids the wanted spacing and the metric, if it has one."""
-    metric = dict(zip(ENTRIES, measures.tensors.T, strict=True)) if isinstance(measures, MeasuresInMetric) else {}
+def triangle_fields(measures: Measures, wanted: Spacing, plane: Plane | None) -> dict[str, Floats]:
+    """Data (t,) of the triangles: quality, and at their centroids the wanted spacing and the metric, if it has one.
+
+    Tensors belong to the plane of the packing: there are none if coordinates are written in another system.
+    """
+    metric = {}
+    if isinstance(measures, MeasuresInMetric) and (plane is None or not plane.target):
+        metric = dict(zip(ENTRIES, measures.tensors.T, strict=True))
     return {
         "quality": measures.radius_ratios,
         TARGET_SPACING: wanted.between(measures.points, measures.triangles),

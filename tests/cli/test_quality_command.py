@@ -11,7 +11,7 @@ from rich.console import Console
 from squares import holed_square
 from typer.testing import CliRunner
 
-from bubblemesh import console
+from bubblemesh import console, load_case, mesh_case
 from bubblemesh.cli import app
 from bubblemesh.console.report import show_comparison
 from bubblemesh.meshes import comparison
@@ -265,6 +265,23 @@ def test_quality_in_the_metric_of_a_file(tmp_path):
     along = mesh.points[unique_edges(mesh.triangles)[0]] * [6, 3]
     assert figures["spacing"]["mean"] == pytest.approx(np.hypot(*(along[:, 1] - along[:, 0]).T).mean())
     assert run(tmp_path / "long.vtu", "--metric")[0] == 0
+
+
+def test_layers_do_not_count_in_a_metric(tmp_path):
+    case = """
+    domain: {outer: {rectangle: [0, 0, 2, 1], labels: [bottom, right, top, left]}}
+    spacing: 0.1
+    layers: [{on: bottom, first: 0.002, growth: 1.3, until: isotropic}]
+    metric: {angle: 0, along: 0.1, across: "0.02+0.1*y"}
+    """
+    result = mesh_case(load_case("a.yaml", text=case))
+    write_file(result.mesh, result.fields, {}, tmp_path / "a.vtu")
+    code, out, error = run(tmp_path / "a.vtu", "--metric", "--json")
+    assert code == 0
+    assert "triangles of boundary layers are left out, as in reports" in error.replace("\n", " ")
+    found = json.loads(out)
+    assert found["quality"]["mean"] == pytest.approx(result.report.quality["mean"], abs=1e-3)
+    assert found["spacing"]["std"] == pytest.approx(result.report.spacing["std"], abs=5e-3)
 
 
 def test_a_metric_that_is_not_there_is_told(tmp_path):

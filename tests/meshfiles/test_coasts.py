@@ -184,6 +184,30 @@ def test_telemac_gets_double_precision_only_where_it_serves(tmp_path):
         assert len(content) == sum(sizes) + 8 * len(sizes)
 
 
+@pytest.mark.parametrize("form", ["fort.14", "gr3", "slf"])
+def test_open_boundaries_are_read_back(form, tmp_path):
+    mesh = dataclasses.replace(holed_square(), open_labels=("left",))
+    path = written(mesh, tmp_path, form)
+    found = Mesh.read(path)
+    assert found.open_labels == ("left",)
+    again = path.with_name(f"again{path.suffix}")
+    found.write(again)
+    boundaries = [each.with_suffix(".cli" if form == "slf" else each.suffix) for each in (path, again)]
+    assert boundaries[0].read_bytes().count(b"open") > 0
+    assert boundaries[0].read_bytes().count(b"open") == boundaries[1].read_bytes().count(b"open")
+
+
+@pytest.mark.parametrize("geographic", [False, True])
+def test_ugrid_tells_whether_coordinates_are_degrees(geographic, tmp_path):
+    path = written(dataclasses.replace(holed_square(), geographic=geographic), tmp_path, "ugrid")
+    with netcdf_file(path, mmap=False) as file:
+        x, y = (file.variables[f"mesh2d_node_{axis}"] for axis in "xy")
+        found = [x.standard_name, y.standard_name, getattr(x, "units", None), getattr(y, "units", None)]
+    degrees = [b"longitude", b"latitude", b"degrees_east", b"degrees_north"]
+    assert found == (degrees if geographic else [b"projection_x_coordinate", b"projection_y_coordinate", None, None])
+    assert Mesh.read(path).geographic == geographic
+
+
 def test_ugrid_tells_what_its_variables_are(tmp_path):
     mesh = dataclasses.replace(mixed(), depth=np.ones(96))
     with netcdf_file(written(mesh, tmp_path, "ugrid"), mmap=False) as file:

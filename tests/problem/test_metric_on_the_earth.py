@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bubblemesh import load_case, mesh_case
+from bubblemesh.errors import CaseError
 from bubblemesh.problem.prepare import prepare
 
 pytest.importorskip("pyproj")
@@ -42,6 +43,28 @@ def test_sizes_are_metres_on_the_ground_and_angles_from_the_east():
     east = plane.to(PLACES + EAST) - plane.to(PLACES - EAST)
     np.testing.assert_allclose(direction, east / np.hypot(*east.T)[:, None], atol=1e-6)
     assert abs(direction[0, 1]) > 0.05  # the plane is turned there
+
+
+def test_a_mesh_in_the_plane_is_no_metric_in_degrees(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    metric = {"angle": 0, "along": 40_000, "across": "8000 + 2000*(x + 5)"}
+    result = meshed(case_with(metric))
+    result.mesh.write("one.mesh", sidecars=True)
+    assert (tmp_path / "one.sol").exists()
+    result.mesh.write("one.vtu")
+    field = {"field": {"file": "one.vtu", "name": "quality"}}
+    for case in (case_with({"file": "one.mesh"}), case_with(metric, spacing=field)):
+        with pytest.raises(CaseError, match="no longitudes and latitudes: files have the coordinates of crs"):
+            prepared(case)
+
+
+def test_tensors_are_written_in_the_plane_only():
+    metric = {"angle": 0, "across": 8000}
+    names = {"metric_11", "metric_12", "metric_22"}
+    assert names <= meshed(case_with(metric)).fields.keys()
+    result = meshed(case_with(metric, crs={"from": "EPSG:4326", "to": "EPSG:4326"}))
+    assert not names & result.fields.keys()
+    assert result.mesh.geographic
 
 
 def test_entries_of_a_tensor_are_those_to_the_east_and_the_north():

@@ -43,8 +43,8 @@ def read_grid(path: Path) -> Source:
     table = reals(_rows(lines[2 : 2 + nodes], 4, "node"), "nodes").reshape(-1, 4)
     index = _Numbers(table[:, 0].astype(np.int64))
     faces = list(_cells(lines[2 + nodes : 2 + nodes + elements], index))
-    edges = _boundaries(iter(lines[2 + nodes + elements :]), index)
-    return with_named_edges(table[:, 1:3], faces, edges, point_data={DEPTH: table[:, 3]})
+    edges, opened = _boundaries(iter(lines[2 + nodes + elements :]), index)
+    return with_named_edges(table[:, 1:3], faces, edges, point_data={DEPTH: table[:, 3]}, open_sets=opened)
 
 
 class _Numbers:
@@ -85,9 +85,10 @@ def _cells(lines: list[bytes], index: _Numbers) -> Iterator[Block]:
         yield Block(CELLS[width], index(nodes))
 
 
-def _boundaries(lines: Iterator[bytes], index: _Numbers) -> dict[str, Integers]:
-    """Edges (m, 2) of each boundary's label; none if the file ends before."""
+def _boundaries(lines: Iterator[bytes], index: _Numbers) -> tuple[dict[str, Integers], tuple[str, ...]]:
+    """Edges (m, 2) of each boundary's label, and the labels of open ones; none if the file ends before."""
     found: dict[str, list[Integers]] = {}
+    open_labels = dict[str, None]()
     for opened in (True, False):
         count = _count(next(lines, b""))
         next(lines, b"")  # the number of nodes of all boundaries
@@ -101,7 +102,8 @@ def _boundaries(lines: Iterator[bytes], index: _Numbers) -> dict[str, Integers]:
                 own = LABEL.search(head)
                 name = own[1].decode("utf-8", "replace").strip() if own else label
                 found.setdefault(name, []).append(edges)
-    return {name: np.concatenate(edges) for name, edges in found.items()}
+                open_labels.update({name: None} if opened else {})
+    return {name: np.concatenate(edges) for name, edges in found.items()}, tuple(open_labels)
 
 
 def _count(line: bytes) -> int:

@@ -84,8 +84,11 @@ def read_serafin(path: Path) -> Source:
     data, notes = _last(records, names, nodes)
     faces = [Block(CELLS[width], cells)]
     beside = path.with_suffix(".cli")
-    edges = _labelled(cells, _Nodes.of(read_bytes(beside), nodes)) if beside.is_file() else {}
-    return with_named_edges(points, faces, edges, point_data=data, notes=notes)
+    if not beside.is_file():
+        return with_named_edges(points, faces, {}, point_data=data, notes=notes)
+    ends = _Nodes.of(read_bytes(beside), nodes)
+    opened = tuple(label for label, is_open in zip(ends.labels, ends.opened, strict=True) if is_open)
+    return with_named_edges(points, faces, _labelled(cells, ends), point_data=data, open_sets=opened, notes=notes)
 
 
 def _reals(records: _Records, count: int) -> Data:

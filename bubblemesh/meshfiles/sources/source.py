@@ -35,6 +35,8 @@ class Source:
     field_data: Mapping[str, Any] = field(default_factory=dict)  # number and dimension of each named group
     cell_sets: Mapping[str, Sequence[Any]] = field(default_factory=dict)  # cells of each block, by the set's name
     cell_tags: Mapping[int, Sequence[str]] = field(default_factory=dict)  # names of each group, by its number
+    open_sets: tuple[str, ...] = ()  # names of sets of edges that are open boundaries of coasts
+    geographic: bool = False  # whether the points are told to be longitudes and latitudes
     notes: tuple[str, ...] = ()  # what a reader chose, as the last of several times
 
     @classmethod

@@ -53,11 +53,17 @@ class _Mesh:
         if names or more:
             cell_data[GROUP] = [*(region[mine] for mine in rows.values()), label[labelled]]
         at_nodes, last = self._data("node", len(points))
-        return Source(points, blocks, at_nodes, cell_data, names | more, notes=(SEVERAL,) if last or later else ())
+        notes, first = (SEVERAL,) if last or later else (), self._variable(self._coordinates[0])
+        is_longitude = first.text("standard_name") == "longitude"
+        return Source(points, blocks, at_nodes, cell_data, names | more, geographic=is_longitude, notes=notes)
+
+    @property
+    def _coordinates(self) -> list[str]:
+        """Names of the first two coordinates of the nodes."""
+        return self.topology.text("node_coordinates").split()[:2]
 
     def _points(self) -> Data:
-        words = self.topology.text("node_coordinates").split()[:2]
-        coordinates = [self._variable(word)().astype(float) for word in words]
+        coordinates = [self._variable(word)().astype(float) for word in self._coordinates]
         if len(coordinates) < 2 or coordinates[0].shape != coordinates[1].shape or coordinates[0].ndim != 1:
             raise FileError("has no two coordinates of its nodes")
         return np.column_stack(coordinates)

@@ -21,7 +21,7 @@ def read_pvtu(path: Path) -> Source:
 
     Nodes with the same ``GlobalNodeId`` are one, if those that have it are in the same place.
     """
-    source = joined(_pieces(_parts(path)))
+    source = joined(_pieces(files_of_pvtu(path)))
     ids = source.point_data.get(GLOBAL_NODE, np.zeros(0))
     if ids.dtype.kind not in "iu" or len(ids) != len(source.points):
         return source
@@ -35,20 +35,30 @@ def read_pvtu(path: Path) -> Source:
 
 def read_pvd(path: Path) -> Source:
     """The grid of the last time; errors as of `read_vtu`."""
+    times, last, files = _last(path)
+    # Each process may have a part of its own; a first file of the same time and part may hold the mesh alone.
+    parts = [part for file in files for part in (files_of_pvtu(file) if file.suffix == ".pvtu" else [file])]
+    notes = (f"holds {times} times: the last one, {last:g}, is read",) if times > 1 else ()
+    return replace(joined(_pieces(parts)), notes=notes)
+
+
+def files_of_pvd(path: Path) -> list[Path]:
+    """The files of the last time of a list; FileError if it is none."""
+    return _last(path)[2]
+
+
+def _last(path: Path) -> tuple[int, float, list[Path]]:
+    """Number of times, the last one, and its files."""
     entries = [(float(entry.get("timestep") or 0), entry) for entry in _root(path).iterfind("Collection/DataSet")]
     if not entries:
         raise FileError("lists no files")
     last = max(time for time, _ in entries)
     names = {entry.get("part", "0"): entry.get("file", "") for time, entry in entries if time == last}
-    # Each process may have a part of its own; a first file of the same time and part may hold the mesh alone.
-    files = [_beside(path, name) for name in names.values()]
-    parts = [part for file in files for part in (_parts(file) if file.suffix == ".pvtu" else [file])]
-    times = len({time for time, _ in entries})
-    notes = (f"holds {times} times: the last one, {last:g}, is read",) if times > 1 else ()
-    return replace(joined(_pieces(parts)), notes=notes)
+    return len({time for time, _ in entries}), last, [_beside(path, name) for name in names.values()]
 
 
-def _parts(path: Path) -> list[Path]:
+def files_of_pvtu(path: Path) -> list[Path]:
+    """The files of the parts of a grid; FileError if there are none, or very many."""
     names = dict.fromkeys(part.get("Source", "") for part in _root(path).iterfind("PUnstructuredGrid/Piece"))
     if not names or len(names) > MOST_FILES:
         raise FileError(f"lists {len(names):,} files of a grid: from 1 to {MOST_FILES:,} are read")

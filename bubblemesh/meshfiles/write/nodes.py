@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
-from bubblemesh.meshfiles.groups import NODE_OWNER, Fields
+from bubblemesh.meshfiles.groups import NODE_OWNER, Fields, names_of_points
 from bubblemesh.meshfiles.text import csv_text, lines, write_text
 
 OPPOSITE = 1e-9  # two normals whose sum is shorter point apart, as at the contact of two rings: there is no normal
@@ -38,7 +38,7 @@ def nodes_of(mesh: Mesh, outer: Booleans) -> Nodes:
     boundary = np.zeros(len(mesh.points), bool)
     boundary[mesh.facets[outer].ravel()] = True
     label = np.full(len(mesh.points), "", dtype=object)
-    names, point_names = np.array(mesh.labels, object), np.array(mesh.point_labels, object)
+    names, point_names = np.array(mesh.labels, object), np.array(names_of_points(mesh), object)
     # The last one stands: that of the boundary before that of inner lines, the start's before the end's.
     for facets in (~outer, outer):
         for ends in mesh.facets[facets].T[::-1]:
@@ -64,7 +64,7 @@ def write_sliced_csv(mesh: SlicedMesh, path: Path) -> None:
 
 def _rows(mesh: Mesh, nodes: Nodes, *more: Integers) -> Iterator[str]:
     """Lines for nodes with the labels of a mesh, and for more numbers (n,) of each."""
-    quoted = {label: csv_text([[label]])[:-1] if label else "" for label in ("", *mesh.labels, *mesh.point_labels)}
+    quoted = {label: csv_text([[label]])[:-1] if label else "" for label in ("", *mesh.labels, *names_of_points(mesh))}
     labels = np.array([quoted[label] for label in nodes.label.tolist()], object)
     columns = nodes._replace(boundary=nodes.boundary.astype(int), label=labels)
     return lines(",".join(["%r,%r,%d,%s,%r,%r", *("%d" for _ in more)]), *columns, *more)

@@ -15,6 +15,12 @@ from bubblemesh.meshes.edges import edge_keys, find_keys, numbered_edges
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.groups import Fields, cell_ids, cell_values, facet_ids, group_names, plain_words
 
+# What the coordinates of nodes are.
+PROJECTED = {axis: {"standard_name": f"projection_{axis}_coordinate"} for axis in "xy"}
+DEGREES = {
+    "x": {"standard_name": "longitude", "units": "degrees_east"},
+    "y": {"standard_name": "latitude", "units": "degrees_north"},
+}
 MESH, NONE = "mesh2d", -999
 NODE, EDGE, FACE, CORNERS, ENDS = (f"n{MESH}_{word}" for word in ("node", "edge", "face", "corners", "ends"))
 
@@ -34,9 +40,9 @@ def write_ugrid(mesh: Mesh, fields: Fields, path: Path) -> None:
         for name, count in (counts | {CORNERS: width, ENDS: 2}).items():
             file.createDimension(name, count)
         _topology(file)
+        about = DEGREES if mesh.geographic else PROJECTED
         for axis, values in zip("xy", mesh.points.T, strict=True):
-            standard = f"projection_{axis}_coordinate"
-            _variable(file, f"node_{axis}", values, (NODE,), standard_name=standard, long_name=f"{axis} of nodes")
+            _variable(file, f"node_{axis}", values, (NODE,), **about[axis], long_name=f"{axis} of nodes")
         faces = np.concatenate([_padded(cells.nodes + 1, width) for cells in mesh.cells])
         start = {"start_index": np.int32(1)}
         none = {"_FillValue": np.int32(NONE)}

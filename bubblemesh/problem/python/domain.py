@@ -58,6 +58,8 @@ class Drawing:
 
     def _following(self) -> Following | None:
         """Rule by which rings are followed as curves, if they are."""
+        if not isinstance(self.smooth, bool | np.bool_):
+            raise CaseError(f"smooth: must be true or false (found {self.smooth!r})")
         if self.corners is None:
             for name, given in (("smooth", self.smooth), ("tolerance", self.tolerance is not None)):
                 if given:

@@ -69,7 +69,7 @@ class Wishes:
             raise CaseError(f"max_nodes: must be a whole number greater than 0 (found {self.max_nodes!r})")
         if not is_real(self.angle_min) or not 0 <= self.angle_min <= 30:
             raise CaseError(f"angle_min: must be from 0 to 30 degrees (found {self.angle_min!r})")
-        if self.largest is not None and not (is_real(self.largest) and self.largest > 0):
+        if self.largest is not None and not (is_real(self.largest) and 0 < self.largest < np.inf):
             raise CaseError(f"largest: must be an area greater than 0 (found {self.largest!r})")
         for name, given in (("packing", self.packing), ("schedule", self.schedule)):
             if given is not None and not isinstance(given, Mapping):
