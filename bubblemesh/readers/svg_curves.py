@@ -1,6 +1,7 @@
 """Curves of an SVG drawing's shapes: what is drawn without lifting the pen is one; y is turned to point up."""
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,8 @@ def path_of(element: Element, transform: str | svgelements.Matrix, size: Size) -
     """The path of a shape under a transform, whose arcs know the axes of their ellipses."""
     sizes = {"width": "0", "height": "0"} if element.tag == "rect" else {}
     given = {key: value for key, value in element.attributes.items() if key != "style" and value != "auto"}
-    values = {**sizes, **given, "transform": transform, "attributes": element.attributes}
+    matrix = _matrix(transform) if isinstance(transform, str) else transform
+    values = {**sizes, **given, "transform": matrix, "attributes": element.attributes}
     if element.tag == "path":
         shape = svgelements.Path(values, pathd_loaded=True)
         shape.parse(element.attributes.get("d", ""))
@@ -60,6 +62,12 @@ def path_of(element: Element, transform: str | svgelements.Matrix, size: Size) -
         if isinstance(segment, svgelements.Arc):
             _find_axes(segment)
     return path
+
+
+@lru_cache(1000)
+def _matrix(transform: str) -> svgelements.Matrix:
+    """The matrix of a transform, which many shapes may share; whoever changes one takes a copy."""
+    return svgelements.Matrix(transform)
 
 
 def _find_axes(arc: Any) -> None:

@@ -80,14 +80,19 @@ def checked(content: bytes) -> Element:
     known: dict[int, int] = {}
     drawn = _drawn(root, by_id, (), known)
     for element in root.all():
-        if element.tag == "clipPath":
-            _drawn(element, by_id, (), known)
+        if element.tag == "clipPath" and _drawn(element, by_id, (), known) > MOST_ELEMENTS:
+            raise too_much_clipping()
     if drawn > MOST_ELEMENTS:
         raise LimitError(f"its uses draw more than {MOST_ELEMENTS:,} elements, or as much in long ones: simplify it")
     sheet = sum(_sheet_size(element) for element in root.all() if element.tag == "style")
     if drawn * sheet > MOST_STYLED:
         raise LimitError("its style sheet is too long for so many elements: write the shapes without styles")
     return root
+
+
+def too_much_clipping() -> LimitError:
+    """Error of clips that draw too many elements, each alone or all together."""
+    return LimitError(f"its clips draw more than {MOST_ELEMENTS:,} elements: remove some of them, or simplify it")
 
 
 def _parsed(content: bytes) -> Element:

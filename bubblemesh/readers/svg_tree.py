@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 import svgelements
 
-from bubblemesh.errors import CaseError, GeometryError, LimitError
+from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.arrangement.winding import FillRule
 from bubblemesh.messages import shown
 from bubblemesh.readers.features import Clip
 from bubblemesh.readers.svg_clips import Stencil, clip_of
 from bubblemesh.readers.svg_curves import PIXELS, SHAPES, Size, curves_of, path_of
-from bubblemesh.readers.svg_source import HREFS, MOST_ELEMENTS, UNDRAWN, Element
+from bubblemesh.readers.svg_source import HREFS, MOST_ELEMENTS, UNDRAWN, Element, too_much_clipping
 from bubblemesh.readers.svg_style import Style, StyleSheet
 from bubblemesh.records import record
 
@@ -137,7 +137,7 @@ def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn
 def _count(drawing: Drawing, element: Element) -> None:
     drawing.visits["elements"] += element.size
     if drawing.visits["elements"] > 2 * MOST_ELEMENTS:
-        raise LimitError(f"its clips draw more than {MOST_ELEMENTS:,} elements: remove some of them, or simplify it")
+        raise too_much_clipping()
 
 
 def _clip(drawing: Drawing, element: Element, around: Around, here: Around) -> Clip | None:

@@ -182,11 +182,15 @@ class TestSvg:
         with pytest.raises(CaseError, match=r"it clips itself|it uses 'd'"):
             area(svg('<rect width="9" height="9" clip-path="url(#c)"/>', defs))
 
-    def test_uses_within_clips_do_not_multiply_without_end(self, svg):
-        doubled = "".join(f'<g id="d{k}"><use href="#d{k + 1}"/><use href="#d{k + 1}"/></g>' for k in range(25))
-        defs = f'<clipPath id="c"><use href="#d0"/></clipPath>{doubled}<rect id="d25" width="5" height="5"/>'
-        with pytest.raises(LimitError):
-            area(svg('<rect width="9" height="9" clip-path="url(#c)"/>', defs))
+    @pytest.mark.parametrize(("times", "shapes"), [(25, 1), (8, 9)])
+    def test_uses_within_clips_do_not_multiply_without_end(self, times, shapes, svg, monkeypatch):
+        """One clip alone, and each time that it is made for a shape with another transform."""
+        monkeypatch.setattr("bubblemesh.readers.svg_tree.MOST_ELEMENTS", 2000)
+        doubled = "".join(f'<g id="d{k}"><use href="#d{k + 1}"/><use href="#d{k + 1}"/></g>' for k in range(times))
+        defs = f'<clipPath id="c"><use href="#d0"/></clipPath>{doubled}<rect id="d{times}" width="5" height="5"/>'
+        rect = '<rect width="9" height="9" clip-path="url(#c)" transform="translate({0} {0})"/>'
+        with pytest.raises(LimitError, match="its clips draw more than"):
+            area(svg("".join(map(rect.format, range(shapes))), defs))
 
     def test_a_ring_that_crosses_itself_is_told_as_such(self, svg):
         path = svg('<path fill="none" stroke="red" d="M0 0L9 9V0L0 9Z" clip-path="url(#Corner)"/>')

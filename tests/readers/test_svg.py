@@ -17,7 +17,7 @@ TRANSFORMS = [
     "scale(1 3) rotate(40)",
     "matrix(1 .2 -.9 1.5 3 4)",
     "scale(-1 2) skewY(20)",
-    "scale(1e-3 1) rotate(45)",
+    "scale(.05 1) rotate(45)",
 ]
 ROUND_SHAPES = [
     ('<circle cx="5" cy="3" r="2"/>', 4 * np.pi),
