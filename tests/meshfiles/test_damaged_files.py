@@ -2,11 +2,14 @@
 
 import random
 
+import meshio
+import numpy as np
 import pytest
 from squares import holed_square
 
 from bubblemesh.errors import BubblemeshError, FileError
 from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.meshfiles.sources.source import Source
 
 DAMAGES = 60  # of each format
 
@@ -74,6 +77,15 @@ def test_a_set_with_cells_that_are_not_there_is_refused(tmp_path):
     path.write_text(text.replace(head, head + head))
     with pytest.raises(FileError, match=r"its set '[A-Za-z]*' has cells that are not there"):
         read_mesh(path)
+
+
+def test_entities_that_meshio_calls_a_set_of_cells_are_none():
+    mesh = meshio.Mesh(
+        [[0.0, 0], [1, 0], [0, 1]],
+        [("line", [[0, 1]]), ("triangle", [[0, 1, 2]])],
+        cell_sets={"gmsh:bounding_entities": [np.array([1, 2]), np.array([-61, 62])], "wall": [[0], []]},
+    )
+    assert list(Source.of(mesh).cell_sets) == ["wall"]
 
 
 def test_a_count_beyond_all_memory_is_told(tmp_path, monkeypatch):

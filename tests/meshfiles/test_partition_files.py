@@ -3,6 +3,8 @@
 import csv
 import dataclasses
 import json
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
 from itertools import pairwise
 
@@ -292,6 +294,37 @@ def test_what_gmsh_divides_is_read(gmsh, tmp_path):
     assert len(read.mesh.triangles) == 144
     assert set(read.cell_data["partition"]) == {0, 1, 2, 3}
     assert set(read.mesh.regions) == {"steel", "glass fibre"}
+
+
+# In a process of its own: beside other libraries Gmsh's mesher may crash.
+MESHED_BY_GMSH = """
+import sys, gmsh
+gmsh.initialize()
+model = gmsh.model.geo
+corners = [model.addPoint(x, y, 0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+sides = [model.addLine(corners[k], corners[(k + 1) % 4]) for k in range(4)]
+model.addPlaneSurface([model.addCurveLoop(sides)])
+model.synchronize()
+gmsh.option.setNumber("Mesh.MeshSizeMax", 0.2)
+gmsh.option.setNumber("Mesh.MshFileVersion", float(sys.argv[2]))
+gmsh.model.mesh.generate(2)
+if sys.argv[3] != "1":
+    gmsh.model.mesh.partition(int(sys.argv[3]))
+gmsh.write(sys.argv[1])
+"""
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("parts", ["1", "4"])
+@pytest.mark.parametrize("version", ["2.2", "4.1"])
+def test_what_gmsh_writes_without_groups_has_a_boundary(gmsh, version, parts, tmp_path):
+    path = tmp_path / "a.msh"
+    command = [sys.executable, "-c", MESHED_BY_GMSH, str(path), version, parts]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, timeout=60)
+    mesh = Mesh.read(path)
+    along = np.diff(mesh.points[mesh.facets], axis=1)[:, 0]
+    assert np.hypot(*along.T).sum() == pytest.approx(4)
+    assert not any("gmsh" in label for label in mesh.labels)
 
 
 @pytest.mark.solver

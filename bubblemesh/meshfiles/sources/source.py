@@ -14,6 +14,7 @@ from bubblemesh.messages import shown
 from bubblemesh.records import record
 
 Data = NDArray[Any]
+NO_CELLS = "gmsh:bounding_entities"  # what meshio calls a set, and holds numbers of Gmsh's entities
 
 
 @record
@@ -43,11 +44,12 @@ class Source:
     def of(cls, mesh: Any) -> "Source":
         """Source of a `meshio.Mesh`; FileError if a set of it has cells that are not there."""
         blocks = [Block(block.type, block.data) for block in mesh.cells]
-        for name, chosen in mesh.cell_sets.items():
+        sets = {name: chosen for name, chosen in mesh.cell_sets.items() if name != NO_CELLS}
+        for name, chosen in sets.items():
             if not _fits(chosen, blocks):
                 raise FileError(f"its set {shown(repr(name))} has cells that are not there: the file is damaged")
         tags = getattr(mesh, "cell_tags", {})  # of MED files
-        return cls(mesh.points, blocks, mesh.point_data, mesh.cell_data, mesh.field_data, mesh.cell_sets, tags)
+        return cls(mesh.points, blocks, mesh.point_data, mesh.cell_data, mesh.field_data, sets, tags)
 
 
 def _fits(chosen: Sequence[Any], blocks: Sequence[Block]) -> bool:
