@@ -13,9 +13,11 @@ def files_beside(path: Path) -> list[Path]:
 
     Of one that cannot be read there are none: its reader tells why.
     """
-    ways = BESIDE.get(path.suffix.lower())
+    if path.suffix.lower() not in BESIDE:
+        return []
     with suppress(BubblemeshError, OSError, SyntaxError, ValueError):  # broken XML is wrong syntax
-        return [other for other in dict.fromkeys(ways(path) if ways else ()) if other != path and other.exists()]
+        others = dict.fromkeys(BESIDE[path.suffix.lower()](path))
+        return [other for other in others if other != path and other.exists()]
     return []
 
 

@@ -69,9 +69,7 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
     of_packed = mesh_figures(packed, problem.spacing.between)
     found = mesh_figures(measures, None) | {name: of_packed[name] for name in ("quality", "spacing")}
     layers = figures(rest.strips, beyond_fronts(rest, net))
-    fields = triangle_fields(measures, problem.spacing, problem.domain.plane) | {
-        LAYER: layer_of_triangles(mesh, whole, rest.strips)
-    }
+    fields = _fields(measures, problem) | {LAYER: layer_of_triangles(mesh, whole, rest.strips)}
     metric = metric_row(packed, problem)
     return Measured(mesh, fields, found, area_error(mesh, measures), departure, layers, metric)
 
@@ -81,12 +79,14 @@ def _whole(net: Net, problem: Problem) -> Measured:
     measures = measures_in(problem.spacing, mesh.points, mesh.triangles)
     require_conforming(mesh, measures)
     departure = deviation(problem.domain, mesh.points, net.facets, net.facet_piece)
-    figures, fields = (
-        mesh_figures(measures, problem.spacing.between),
-        triangle_fields(measures, problem.spacing, problem.domain.plane),
-    )
+    figures, fields = mesh_figures(measures, problem.spacing.between), _fields(measures, problem)
     error, metric = area_error(mesh, measures), metric_row(measures, problem)
     return Measured(mesh, fields, figures, error, departure, metric=metric)
+
+
+def _fields(measures: Measures, problem: Problem) -> dict[str, Floats]:
+    """Data (t,) of the triangles, as they are written."""
+    return triangle_fields(measures, problem.spacing, problem.domain.plane)
 
 
 def _in_slices(parted: "Parted", problem: Problem) -> Measured:
@@ -95,7 +95,7 @@ def _in_slices(parted: "Parted", problem: Problem) -> Measured:
     measures, used = Measures(x, net.triangles), parted.valence > 0
     with ThreadPoolExecutor(1) as beside:  # to sort the edges takes as long as what is done meanwhile
         sorted_ = beside.submit(lambda: measures.edges)
-        mesh = sliced_mesh(parted, problem.domain, triangle_fields(measures, problem.spacing, problem.domain.plane))
+        mesh = sliced_mesh(parted, problem.domain, _fields(measures, problem))
         edges, _ = sorted_.result()
     on_rings = np.zeros(len(x), bool)
     on_rings[mesh.frame.facets[mesh.outer]] = True

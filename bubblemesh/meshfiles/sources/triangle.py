@@ -1,6 +1,5 @@
 """Meshes of the Triangle program: nodes in a ``.node`` file, triangles in an ``.ele`` file beside it."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -64,12 +63,8 @@ def _table(path: Path, what: str) -> _Table:
         count, *head = wholes(lines[0], f"numbers of {what}").tolist()
         if count < 1:
             raise FileError(f"has no {what}")
-        rows = _of_equal_length(lines[1 : 1 + count])
+        rows = lines[1 : 1 + count]
         require_length(len(rows), count, what)
+        if len(set(map(len, rows))) > 1:
+            raise FileError("has rows of unequal length")
         return _Table(head, reals(rows, what).reshape(count, -1))
-
-
-def _of_equal_length(rows: Sequence[list[bytes]]) -> Sequence[list[bytes]]:
-    if len(set(map(len, rows))) > 1:
-        raise FileError("has rows of unequal length")
-    return rows
