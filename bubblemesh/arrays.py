@@ -113,11 +113,23 @@ def different_rows(rows: Rows) -> tuple[Rows, Integers]:
 
     It is much faster than NumPy's ``unique`` along an axis, which compares rows as records.
     """
-    order = np.lexsort(rows.T[::-1])
-    ascending, number = rows[order], np.empty(len(rows), np.int64)
-    fresh = np.append(True, (ascending[1:] != ascending[:-1]).any(axis=1))[: len(rows)]
+    order, fresh = _ascending(rows)
+    number = np.empty(len(rows), np.int64)
     number[order] = np.cumsum(fresh) - 1
-    return ascending[fresh], number
+    return rows[order[fresh]], number
+
+
+def first_rows(rows: Rows) -> Integers:
+    """Numbers (k,) of those of rows (n, m) that equal none before them, ascending."""
+    order, fresh = _ascending(rows)
+    return np.sort(order[fresh])
+
+
+def _ascending(rows: Rows) -> tuple[Integers, Booleans]:
+    """Order (n,) of rows (n, m) by their columns, equal ones as they come, and which (n,) differ from those before."""
+    order = np.lexsort(rows.T[::-1])
+    ascending = rows[order]
+    return order, np.append(True, (ascending[1:] != ascending[:-1]).any(axis=1))[: len(rows)]
 
 
 def unmasked(values: Any) -> Any:

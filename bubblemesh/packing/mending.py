@@ -7,7 +7,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, taken
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.library import library
@@ -25,6 +25,7 @@ DISPLACED = 1  # rings around a triangle
 MOVING = 3  # rings around a triangle, the displaced ones among them
 AROUND = 6  # rings around a triangle; a patch needs no look beyond
 PASSES = 2
+SQUARINGS = 6  # of the shape measure, for its 64th power
 TIMES = {"fast": 1, "normal": 1, "best": 4}  # the attempts, by effort
 
 
@@ -54,7 +55,7 @@ class NoMending:
 
 @record
 class Mending:
-    """Random displacements around the worst triangles, smoothed, and kept where a patch's worst one gets better.
+    """Random displacements around the worst triangles, smoothed, and kept where a patch gets better.
 
     Without smoothing there is no mending either.
     """
@@ -114,7 +115,7 @@ class Mending:
                 trial = reconnect(trial, smoothing.moved(trial, domain, patches.moving >= 0))
         except GeometryError:  # where two walls are near, bubbles that slid made boundary edges that cross
             return net
-        better = worst_of(trial, patches) < worst_of(net, patches)
+        better = badness(trial, patches) < badness(net, patches)
         better[patches.moving[(trial.valence == 0) & (patches.moving >= 0)]] = False  # one was displaced outside
         keep = np.append(better, False)[patches.moving]  # nodes of no patch have the last entry
         if not keep.any():
@@ -135,16 +136,16 @@ def disjoint_patches(net: Net, bad: Integers) -> Patches:
 def disjoint_patches_in_numpy(net: Net, bad: Integers) -> Patches:
     """Patches as of `disjoint_patches`, made in NumPy."""
     n, free = len(net.bubbles), _free(net)
-    displaced, moving, taken = np.zeros(n, bool), np.full(n, -1), np.zeros(n, bool)
+    displaced, moving, used = np.zeros(n, bool), np.full(n, -1), np.zeros(n, bool)
     count = 0
     for triangle in bad:
         core = net.within(net.triangles[triangle], DISPLACED)
         patch = net.dilated(core, MOVING - DISPLACED)
-        if (patch & taken).any():
+        if (patch & used).any():
             continue
         displaced |= core & free
         moving[patch & free] = count
-        taken |= net.dilated(patch)
+        used |= net.dilated(patch)
         count += 1
     return Patches(displaced, moving, count)
 
@@ -156,10 +157,15 @@ def _free(net: Net) -> Booleans:
     return free
 
 
-def worst_of(net: Net, patches: Patches) -> Floats:
-    """The largest shape measure eta (number,) of the triangles that move with each patch."""
+def badness(net: Net, patches: Patches) -> Floats:
+    """Sums (number,) of eta^64, of the shape measure, over the triangles that move with each patch.
+
+    The worst triangle counts by far the most, but no other one may get much worse for it.
+    """
     patch = patches.moving[net.triangles].max(axis=1)
-    touched = patch >= 0
-    result = np.zeros(patches.number)
-    np.maximum.at(result, patch[touched], eta(net.bubbles.x, net.triangles[touched]))
-    return result
+    moving = np.flatnonzero(patch >= 0)
+    power = eta(net.bubbles.x, taken(net.triangles, moving))
+    with np.errstate(over="ignore"):
+        for _ in range(SQUARINGS):
+            power = power * power
+    return np.bincount(patch[moving], power, minlength=patches.number).astype(float)

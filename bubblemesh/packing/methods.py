@@ -4,13 +4,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.annealing import Annealing, NoAnnealing
+from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.levels import Doubling, Levels, SingleLevel
 from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.motion import ClassicalRungeKutta, Motion, SecondOrderEuler, SemiImplicitEuler
 from bubblemesh.packing.placement import Perturbation, Placement
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
+from bubblemesh.packing.placement.lattice import HexagonalLattice
 from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
 from bubblemesh.packing.population import Defects, Population, Thresholds
 from bubblemesh.packing.relaxation import Connected, Nearby, Relaxation
@@ -18,6 +21,7 @@ from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
 from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled, Termination
 from bubblemesh.packing.viscosity import Constant, NoOddBubbles, OddBubbles, SawTooth, Viscosity
 from bubblemesh.records import record
+from bubblemesh.spacing.spacing import Spacing
 
 
 @record
@@ -37,6 +41,19 @@ class Method:
     viscosity: Viscosity
     odd: NoOddBubbles | OddBubbles
     termination: Termination
+
+    def started(
+        self, domain: Domain, spacing: Spacing, expected_nodes: float, max_nodes: int
+    ) -> tuple[tuple[Spacing, ...], Bubbles]:
+        """The spacings of the levels, the coarsest first, and the bubbles of that one before any motion.
+
+        LimitError if there would be many more than ``max_nodes`` of them.
+        """
+        if self.placement.in_order(domain, spacing):
+            levels: tuple[Spacing, ...] = (spacing,)
+        else:
+            levels = self.levels(domain, spacing, expected_nodes)
+        return levels, self.placement(domain, levels[0], max_nodes)
 
 
 FNPBS = Method(
@@ -72,7 +89,7 @@ METHODS = {
     ),
     "multilevel": Method(
         levels=Doubling(),
-        placement=ErrorDiffusion(),
+        placement=HexagonalLattice(),
         perturbation=Perturbation(),
         relaxation=Connected(),
         force=VanDerWaals(),
@@ -90,6 +107,8 @@ METHODS = {
 METHODS["ellipses"] = replace(
     METHODS["multilevel"],
     levels=SingleLevel(),
+    placement=ErrorDiffusion(),
+    annealing=Annealing(amplitude_at_boundary=0.5),
     population=Defects(delete_shorter=0.72, insert_longer=1.5, insert_longer_at_crowd=1.3),
     smoothing=Smoothing(passes=6, shape_steps=4, spacing_weight=5.0),
     mending=Mending(mend_attempts=32, mend_worse=1.15),
@@ -106,7 +125,11 @@ class Column(NamedTuple):
 
 COLUMNS = {
     "levels": Column("packing", "levels", {"single": SingleLevel, "doubling": Doubling}),
-    "placement": Column("packing", "placement", {"subdivision": HierarchicalSubdivision, "diffusion": ErrorDiffusion}),
+    "placement": Column(
+        "packing",
+        "placement",
+        {"subdivision": HierarchicalSubdivision, "diffusion": ErrorDiffusion, "lattice": HexagonalLattice},
+    ),
     "perturbation": Column("packing", None, {"normal": Perturbation}),
     "relaxation": Column("packing", "relaxation", {"nearby": Nearby, "connected": Connected}),
     "force": Column("packing", None, {"van-der-waals": VanDerWaals}),

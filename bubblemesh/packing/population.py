@@ -29,6 +29,7 @@ FEWEST_NEIGHBOURS = 4
 MANY_NEIGHBOURS = 8
 FEWEST_ON_A_WALL = 3  # of a bubble on a straight wall, that is two triangles with right angles
 CLOSE_ON_A_WALL = 0.92  # spacings
+STRAIGHT = 0.1  # radians that a wall turns by at a bubble
 WIDEST_CORNER = np.cos(np.radians(80.0))  # two triangles of 45 degrees are better than one with a right angle
 NEAREST_TO_CORNER = 0.6  # spacings that a new bubble keeps
 TOO_NEAR_CORNER = 0.5  # spacings within which one goes; less, so that none comes and goes in turns
@@ -225,17 +226,27 @@ def relative_lengths(bubbles: Bubbles, edges: Integers) -> Floats:
 
 
 def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
-    """Sliding bubbles (n,) on straight walls, nearer to their neighbours there than the spacing, with two triangles.
+    """Sliding bubbles (n,) on nearly straight walls, nearer to their neighbours there than the spacing.
 
-    Beside a perfect packing they have three. On a curve every bubble serves the shape of the boundary.
+    They have two triangles only, and beside their neighbours on the wall one that is inside; beside a perfect packing
+    they have three. Where a curve turns more, every bubble serves the shape of the boundary.
     """
     bubbles, n = net.bubbles, len(net.bubbles)
     ratio = relative_lengths(bubbles, net.facets)
     crowded = np.bincount(net.facets.ravel(), np.repeat(ratio, 2), minlength=n) < 2 * CLOSE_ON_A_WALL
-    straight = np.zeros(n, bool)
-    bound = domain.boundary.curved | domain.boundary.inner | domain.tied
-    straight[bubbles.sliding] = ~bound[bubbles.piece]
-    return straight & crowded & (net.valence == FEWEST_ON_A_WALL)
+    free = np.zeros(n, bool)
+    free[bubbles.sliding] = ~(domain.boundary.inner | domain.tied)[bubbles.piece]
+    on_walls = np.bincount(net.edges[all_of_rows(net.edges < bubbles.boundary_count)].ravel(), minlength=n)
+    free &= (net.valence == FEWEST_ON_A_WALL) & (on_walls == FEWEST_ON_A_WALL - 1)
+    return free & crowded & (_turns(net) < STRAIGHT)
+
+
+def _turns(net: Net) -> Floats:
+    """What the boundary turns by at each of the bubbles (n,) on it, in radians if that is little."""
+    i, j = net.facets.T
+    along, n = taken(net.bubbles.x, j) - taken(net.bubbles.x, i), len(net.bubbles)
+    along /= np.hypot(*along.T)[:, None]
+    return np.hypot(*(np.bincount(i, part, minlength=n) - np.bincount(j, part, minlength=n) for part in along.T))
 
 
 def across_wide_corners(net: Net, gone: Booleans) -> Integers:

@@ -121,9 +121,8 @@ def packed(
     domain: Domain, spacing: Spacing, method: Method, expected_nodes: float, max_nodes: int, deadline: Deadline
 ) -> Packed:
     """Pack a domain by itself."""
-    table = tabulated(domain, spacing)
-    levels = method.levels(domain, table, expected_nodes)
-    return _ended(domain, levels, method, method.placement(domain, levels[0], max_nodes), deadline)
+    levels, start = method.started(domain, tabulated(domain, spacing), expected_nodes, max_nodes)
+    return _ended(domain, levels, method, start, deadline)
 
 
 def packed_from(domain: Domain, spacing: Spacing, method: Method, x: Floats, deadline: Deadline) -> Packed:
@@ -132,7 +131,7 @@ def packed_from(domain: Domain, spacing: Spacing, method: Method, x: Floats, dea
     places, count = np.vstack([domain.boundary.corners, x]), len(domain.boundary.corners)
     none = np.zeros(0, np.int64), np.zeros(0)
     start = Bubbles(places, table.extended(places), *none, count, np.zeros(len(places), bool))
-    return _ended(domain, (table,), method, start, deadline)
+    return _ended(domain, (table,), method, method.placement.again(start, domain, table), deadline)
 
 
 def _ended(domain: Domain, levels: tuple[Spacing, ...], method: Method, start: Bubbles, deadline: Deadline) -> Packed:

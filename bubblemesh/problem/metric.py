@@ -380,8 +380,8 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
     from bubblemesh.packing.rounds import rounds
 
     method = replace(METHODS[IN_METRIC], annealing=NoAnnealing())
-    levels = method.levels(domain, spacing, 0)
-    (last,) = deque(rounds(method.placement(domain, levels[0], max_nodes), domain, levels, method), maxlen=1)
+    levels, start = method.started(domain, spacing, 0, max_nodes)
+    (last,) = deque(rounds(start, domain, levels, method), maxlen=1)
     x, triangles = last.net.bubbles.x, last.net.triangles
     field = TensorField.of(x, triangles, graded(x, triangles, spacing.at(x), growth))
     return MetricSpacing.of(field, spacing.aspect)

@@ -123,8 +123,8 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
     task, domain, method, seconds = problem.task, problem.packed_domain, problem.method, dict(problem.seconds)
     begun, worked = perf_counter(), thread_time()
     with timed(seconds, "placement"):
-        levels = method.levels(domain, tabulated(domain, problem.packing_spacing), problem.packed_nodes)
-        start = method.placement(domain, levels[0], task.max_nodes)
+        table = tabulated(domain, problem.packing_spacing)
+        levels, start = method.started(domain, table, problem.packed_nodes, task.max_nodes)
         first = Figures.of(start, connect(start, domain).triangles, levels[0])
     rows, speeds = list[RoundRow](), list[Floats]()
     # Where other programs take the processor, what follows takes longer as well.
@@ -164,10 +164,12 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
 
     clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
     deadline = Deadline.within(time_left() - clock.reserve)
+    whole = problem.packed_domain, problem.packing_spacing, problem.packed_nodes
+    method = replace(problem.method, placement=problem.method.placement.of_whole(*whole))
     together = Together(
         problem.packing_spacing,
         problem.spacing if stay else None,
-        problem.method,
+        method,
         task.max_nodes,
         deadline,
         crew,

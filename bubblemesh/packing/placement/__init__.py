@@ -20,6 +20,18 @@ CLIPPED_AT = 2.0  # standard deviations: no displacement is so long that a bubbl
 class Placement(Protocol):
     """Placement of the first bubbles."""
 
+    def in_order(self, domain: Domain, spacing: Spacing) -> bool:
+        """Whether most bubbles are in order where they are placed, so that they need no coarser levels for it."""
+        return False
+
+    def of_whole(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> "Placement":
+        """The placement for parts of a domain, by which bubbles of neighbouring parts fit each other if they can."""
+        return self
+
+    def again(self, start: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+        """The bubbles from which a domain is packed once more: those of a ``start``, or others that fit better."""
+        return start
+
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         """Bubbles of a domain before any motion; LimitError if there would be many more than ``max_nodes`` of them."""
 

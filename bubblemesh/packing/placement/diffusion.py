@@ -7,16 +7,16 @@ import numpy as np
 from annotated_types import Ge, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import GAUSS, Floats, Integers, members, taken
+from bubblemesh.arrays import GAUSS, Booleans, Floats, Integers, members, taken
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.placement import require_at_most
+from bubblemesh.packing.placement import Placement, require_at_most
 from bubblemesh.records import record
-from bubblemesh.spacing.grid.cells import leaves_in_blocks
+from bubblemesh.spacing.grid.cells import Leaves, leaves_in_blocks
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.rules import finer_of_both_sides
 from bubblemesh.spacing.rules.sources import short_intervals
@@ -29,7 +29,7 @@ HELD = 0.75  # part of the bubbles held on a piece that a spacing has to ask for
 
 
 @record
-class ErrorDiffusion:
+class ErrorDiffusion(Placement):
     """As many bubbles as the spacing asks for, by error diffusion.
 
     A walk through small cells places one wherever the cells passed add up to the area of one more. It follows a Hilbert
@@ -65,14 +65,27 @@ def diffused_points(
 
     ``lacking`` tells what part (n,) of the bubbles of sizes d (n,) at points x (n, 2) is not there yet.
     """
-    to_boundary, passed, found = near_facets(shell, domain), np.zeros(1), list[Floats]()
-    for centers, sides, d in leaves_in_blocks(domain, spacing, leaf):
-        distance = to_boundary(centers, d)
+    diffusion = Diffusion(shell, domain)
+    cells = leaves_in_blocks(domain, spacing, leaf)
+    return np.concatenate(
+        [taken(some.centers, diffusion.chosen(some, lacking(some.centers, some.d))) for some in cells]
+    )
+
+
+class Diffusion:
+    """A walk through the cells of a domain beside the bubbles on its boundary, block by block."""
+
+    def __init__(self, shell: Bubbles, domain: Domain) -> None:
+        self._to_boundary, self._passed = near_facets(shell, domain), 0.0
+
+    def chosen(self, cells: Leaves, lacking: Floats) -> Booleans:
+        """The next cells (n,) that get a bubble, where the part ``lacking`` (n,) of the bubbles is not there yet."""
+        distance = self._to_boundary(cells.centers, cells.d)
         # A cell that reaches into the strip of the boundary bubbles counts in part.
-        share = np.clip((distance - HALF_A_ROW * d) / sides + 0.5, 0, 1) * lacking(centers, d)
-        passed = np.cumsum(np.append(passed[-1:], share * sides**2 / (AREA * d**2)))
-        found.append(taken(centers, np.diff(np.floor(passed + 0.5)) > 0))
-    return np.concatenate(found)
+        share = np.clip((distance - HALF_A_ROW * cells.d) / cells.sides + 0.5, 0, 1) * lacking
+        passed = np.cumsum(np.append(self._passed, share * cells.sides**2 / (AREA * cells.d**2)))
+        self._passed = passed[-1]
+        return np.diff(np.floor(passed + 0.5)) > 0
 
 
 def boundary_bubbles(domain: Domain, spacing: Spacing) -> Bubbles:

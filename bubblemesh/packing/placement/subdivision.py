@@ -11,7 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.placement import require_at_most
+from bubblemesh.packing.placement import Placement, require_at_most
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
@@ -22,7 +22,7 @@ SIDES = np.array([[0, 0, 1, 0], [1, 0, 1, 1], [0, 1, 1, 1], [0, 0, 0, 1]])  # of
 
 
 @record
-class HierarchicalSubdivision:
+class HierarchicalSubdivision(Placement):
     """Bisection of the boundary, and of an oblique quadtree over the interior, down to the spacing."""
 
     w1: Annotated[float, Gt(0), Le(4), Doc("a boundary interval with w1 * length >= spacing is split")] = 1.0

@@ -12,7 +12,7 @@ from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import NEAREST_TO_BOUNDARY, SingleLevel
 from bubblemesh.packing.methods import Method
-from bubblemesh.packing.placement import require_at_most
+from bubblemesh.packing.placement import Placement, require_at_most
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, diffused_points, distance_to_facets
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -56,7 +56,7 @@ class PreviousNodes:
 
 
 @record
-class WarmStart:
+class WarmStart(Placement):
     """Nodes of a mesh, thinned out where the spacing is larger than their size, and new ones where it is smaller.
 
     Both by error diffusion along a Hilbert curve, so that the number of bubbles is right everywhere.

@@ -33,7 +33,10 @@ def leaves(domain: Domain, spacing: Spacing, fraction: float) -> Leaves:
     return Leaves(*(np.concatenate(column) for column in zip(*blocks, strict=True)))
 
 
-def leaves_in_blocks(domain: Domain, spacing: Spacing, fraction: float) -> Iterator[Leaves]:
+Fraction = float | Callable[[Floats], Floats]  # largest side of cells in spacings, if it depends, by these (n,)
+
+
+def leaves_in_blocks(domain: Domain, spacing: Spacing, fraction: Fraction) -> Iterator[Leaves]:
     """The cells of `leaves` in their order, some of them at a time where there are very many."""
     root = np.zeros((1, 2), np.int64)
     return _blocks(domain, spacing, fraction, 0, root, [])
@@ -59,7 +62,7 @@ class _Found(NamedTuple):
 
 
 def _blocks(
-    domain: Domain, spacing: Spacing, fraction: float, level: int, cells: Integers, found: list[_Found]
+    domain: Domain, spacing: Spacing, fraction: Fraction, level: int, cells: Integers, found: list[_Found]
 ) -> Iterator[Leaves]:
     """Leaves within cells (k, 2) of a level, and those that are ``found`` between these, in order."""
     x0, y0, _, _ = domain.bounds
@@ -69,7 +72,7 @@ def _blocks(
         centers = low + (cells + 0.5) * side
         inside = domain.contains(centers)
         d = spacing.extended(centers)
-        small = side <= fraction * d
+        small = side <= (fraction(d) if callable(fraction) else fraction) * d
         done = small & inside
         keys = _keys(taken(cells, done), finer)
         found.append(_Found(keys, taken(centers, done), np.full(len(keys), side), d[done]))
@@ -89,7 +92,7 @@ def _blocks(
 
 
 def _parts(
-    domain: Domain, spacing: Spacing, fraction: float, level: int, cells: Integers, found: _Found
+    domain: Domain, spacing: Spacing, fraction: Fraction, level: int, cells: Integers, found: _Found
 ) -> Iterator[Leaves]:
     """Leaves as of `_blocks`, of some of the cells after the others along the Hilbert curve."""
     keys = _keys(cells, level)

@@ -1,0 +1,107 @@
+"""Hexagonal lattices that fit the straight walls of a domain."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats, taken
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.placement.plateaus import Plateau
+from bubblemesh.records import record
+from bubblemesh.spacing.spacing import Spacing
+
+STRAIGHT = 1e-9  # relative difference of arc and chord
+TURN = 60.0  # degrees by which a lattice is turned into itself
+ALIKE = 1.0  # degrees: walls in directions that differ by less are served by one lattice
+PARALLEL = 0.1  # degrees
+STRETCHED = 0.05  # most by which a lattice gives way to fit the walls
+ROWS_APART = np.sqrt(3) / 2  # in terms of the distance of bubbles in a row
+
+
+class Walls(NamedTuple):
+    """Straight pieces of a boundary."""
+
+    start: Floats  # (k, 2)
+    along: Floats  # (k, 2): unit vectors
+    length: Floats  # (k,)
+
+    @classmethod
+    def of(cls, domain: Domain) -> "Walls":
+        """All that a domain has."""
+        boundary = domain.boundary
+        piece = np.flatnonzero(~boundary.closed)
+        length = boundary.lengths[piece]
+        start, end = boundary.points(piece, np.zeros(len(piece))), boundary.points(piece, length)
+        chord = np.hypot(*(end - start).T)
+        straight = np.flatnonzero(chord >= length * (1 - STRAIGHT))
+        along = taken(end - start, straight) / chord[straight, None]
+        return cls(taken(start, straight), along, chord[straight])
+
+    def on(self, plateau: Plateau, spacing: Spacing) -> "Walls":
+        """Those that are longer than the spacing of a plateau, and have it at their middle."""
+        middle = self.start + self.along * self.length[:, None] / 2
+        some = np.flatnonzero((self.length > plateau.d) & plateau.holds(spacing.extended(middle)))
+        return Walls(*(taken(column, some) for column in self))
+
+    @property
+    def main(self) -> int:
+        """Number of the longest of those along the directions of one lattice that are longest together."""
+        angle = np.degrees(np.arctan2(self.along[:, 1], self.along[:, 0])) % TURN
+        order = np.argsort(angle, kind="stable")
+        angles, twice = np.append(angle[order], angle[order] + TURN), np.tile(order, 2)
+        before = np.append(0.0, np.cumsum(self.length[twice]))
+        end = np.searchsorted(angles, angle[order] + ALIKE, side="right")
+        first = int(np.argmax(before[end] - before[: len(order)]))
+        alike = twice[first : end[first]]
+        return int(alike[np.argmax(self.length[alike])])
+
+
+@record
+class Crystal:
+    """A hexagonal lattice for a plateau: rows of bubbles, every second one shifted by half a step."""
+
+    plateau: Plateau
+    origin: Floats  # (2,): one of its bubbles
+    along: Floats  # (2,): unit vector of the rows
+    step: float  # from bubble to bubble in a row
+    height: float  # from row to row
+
+    @classmethod
+    def fitting(cls, plateau: Plateau, walls: Walls, domain: Domain, spacing: Spacing) -> "Crystal":
+        """The lattice along the main wall of a plateau, stretched a little to fit it and the longest one facing it."""
+        d, walls = plateau.d, walls.on(plateau, spacing)
+        if len(walls.length) == 0:
+            x0, y0, x1, y1 = domain.bounds
+            return cls(plateau, np.array([x0 + x1, y0 + y1]) / 2, np.array([1.0, 0.0]), d, ROWS_APART * d)
+        main = walls.main
+        origin, along = walls.start[main], walls.along[main]
+        across = np.array([-along[1], along[0]])
+        step = _fitting(walls.length[main], d)
+        height = ROWS_APART * d * d / step  # as many bubbles as the spacing asks for
+        away = np.abs(((walls.start - origin) * across).sum(axis=1))
+        slope = np.abs((walls.along * across).sum(axis=1))
+        facing = np.flatnonzero((slope < np.sin(np.radians(PARALLEL))) & (away > height / 2))
+        if len(facing):
+            height = _fitting(away[facing[np.argmax(walls.length[facing])]], height)
+        return cls(plateau, origin, along, step, height)
+
+    def nearest(self, x: Floats) -> Floats:
+        """The places (n, 2) of the bubbles nearest to points x (n, 2), of each bubble the same to the last bit."""
+        across = np.array([-self.along[1], self.along[0]])
+        from_origin = x - self.origin
+        u, v = (from_origin * self.along).sum(axis=1) / self.step, (from_origin * across).sum(axis=1) / self.height
+        best, distance = np.empty_like(x), np.full(len(x), np.inf)
+        for row in (np.floor(v), np.floor(v) + 1):
+            shift = (row % 2) / 2
+            column = np.rint(u - shift) + shift
+            places = self.origin + (column * self.step)[:, None] * self.along + (row * self.height)[:, None] * across
+            away = ((places - x) ** 2).sum(axis=1)
+            nearer = away < distance
+            best[nearer], distance[nearer] = taken(places, nearer), away[nearer]
+        return best
+
+
+def _fitting(length: float, step: float) -> float:
+    """The step, or one like it that divides a length evenly."""
+    even = length / max(round(length / step), 1)
+    return even if abs(even / step - 1) <= STRETCHED else step

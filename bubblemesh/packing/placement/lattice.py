@@ -1,0 +1,123 @@
+"""Initial bubbles on hexagonal lattices, where most of them have the same spacing."""
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from annotated_types import Ge, Gt, Le
+from typing_extensions import Doc
+
+from bubblemesh.arrays import Booleans, Floats, Integers, first_rows, largest_of_rows, taken
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.placement import Placement, require_at_most
+from bubblemesh.packing.placement.crystals import Crystal, Walls
+from bubblemesh.packing.placement.diffusion import Diffusion, NearLines, boundary_bubbles, near_facets
+from bubblemesh.packing.placement.plateaus import Plateau, plateaus
+from bubblemesh.records import record
+from bubblemesh.spacing.grid.cells import Leaves, leaves_in_blocks
+from bubblemesh.spacing.spacing import Spacing
+
+CLEAR = 0.5  # spacings that a lattice keeps from the boundary
+LARGEST_CELL = 0.65  # spacings: none of such a side has two bubbles of a lattice
+REACH = 0.5 + 1e-9  # sides of a cell from its centre: what lies on its edge is in the cells on both sides
+
+
+@record
+class HexagonalLattice(Placement):
+    """Lattices along the walls where most bubbles have the same spacing, and error diffusion elsewhere.
+
+    Each spacing that a tenth of the bubbles have gets a lattice, along the longest straight walls where it holds.
+    """
+
+    leaf: Annotated[float, Ge(0.1), Le(0.5), Doc("largest side of the cells, in spacings")] = 0.35
+    even: Annotated[
+        float, Gt(0), Le(1), Doc("part of the bubbles on lattices from which on there are no coarser levels")
+    ] = 0.95
+
+    def in_order(self, domain: Domain, spacing: Spacing) -> bool:
+        return self._are_enough(plateaus(domain, spacing))
+
+    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
+        return self._lattices(plateaus(domain, spacing), domain, spacing)(domain, spacing, max_nodes)
+
+    def of_whole(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> Placement:
+        found = plateaus(domain, spacing, expected_nodes)
+        return self._lattices(found, domain, spacing) if self._are_enough(found) else self
+
+    def _are_enough(self, found: Sequence[Plateau]) -> bool:
+        return sum(plateau.share for plateau in found) >= self.even
+
+    def _lattices(self, found: Sequence[Plateau], domain: Domain, spacing: Spacing) -> "Lattices":
+        walls = Walls.of(domain)
+        return Lattices(self.leaf, tuple(Crystal.fitting(plateau, walls, domain, spacing) for plateau in found))
+
+
+class _Cells(NamedTuple):
+    """Cells along a Hilbert curve, and the number of the lattice that each is on, or -1."""
+
+    cells: Leaves
+    lattice: Integers  # (n,)
+
+
+@record
+class Lattices(Placement):
+    """Certain lattices, each where its plateau's spacing holds, and error diffusion elsewhere."""
+
+    leaf: float
+    crystals: tuple[Crystal, ...]
+
+    def in_order(self, domain: Domain, spacing: Spacing) -> bool:
+        return True
+
+    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
+        shell = boundary_bubbles(domain, spacing)
+        diffusion, to_boundary, found = Diffusion(shell, domain), near_facets(shell, domain), list[Floats]()
+        for cells, lattice in self._walk(domain, spacing):
+            elsewhere = lattice < 0
+            x, chosen = self._laid(cells, lattice, to_boundary)
+            chosen |= diffusion.chosen(cells, elsewhere.astype(float)) & elsewhere
+            found.append(taken(x, chosen))
+        x = np.concatenate(found)
+        x = taken(x, first_rows(x))
+        require_at_most(max_nodes, len(shell) + len(x))
+        return shell.append(x, spacing(x))
+
+    def again(self, start: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+        to_boundary, count = near_facets(start, domain), start.boundary_count
+        walk = self._walk(domain, spacing)
+        found = [taken(*self._laid(cells, lattice, to_boundary)) for cells, lattice in walk]
+        x = np.concatenate([start.x[count:][self._lattice(start.d[count:]) < 0], *found])
+        x = taken(x, first_rows(x))
+        return start.select(np.arange(count)).append(x, spacing.extended(x))
+
+    def _lattice(self, d: Floats) -> Integers:
+        """Numbers (n,) of the lattices for spacings d (n,), or -1."""
+        found = np.full(len(d), -1)
+        for number in reversed(range(len(self.crystals))):
+            found[self.crystals[number].plateau.holds(d)] = number
+        return found
+
+    def _walk(self, domain: Domain, spacing: Spacing) -> Iterator[_Cells]:
+        """The cells of a domain, block by block: larger ones on lattices."""
+
+        def largest(d: Floats) -> Floats:
+            return np.where(self._lattice(d) < 0, self.leaf, LARGEST_CELL)
+
+        for cells in leaves_in_blocks(domain, spacing, largest):
+            yield _Cells(cells, self._lattice(cells.d))
+
+    def _laid(self, cells: Leaves, lattice: Integers, to_boundary: NearLines) -> tuple[Floats, Booleans]:
+        """Places (n, 2) in cells for bubbles, on lattices if possible, and the cells (n,) where they are.
+
+        Some are in two cells, next to each other.
+        """
+        x, laid = cells.centers.copy(), np.zeros(len(lattice), bool)
+        for number, crystal in enumerate(self.crystals):
+            mine = np.flatnonzero(lattice == number)
+            places = crystal.nearest(taken(cells.centers, mine))
+            within = largest_of_rows(np.abs(places - taken(cells.centers, mine))) <= REACH * cells.sides[mine]
+            mine, places = mine[within], taken(places, within)
+            clear = to_boundary(places, cells.d[mine]) > CLEAR * cells.d[mine]
+            x[mine[clear]], laid[mine[clear]] = taken(places, clear), True
+        return x, laid
