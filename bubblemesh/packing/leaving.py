@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, taken
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, each_once, taken
 from bubblemesh.kernels.linking import legalised
 from bubblemesh.packing.splicing import removed
 
@@ -39,7 +39,7 @@ def _outside(x: Floats, triangles: Integers, facets: Integers, rim: Integers) ->
     fixed = int(facets.max()) + 1
     beside = triangles[(triangles < fixed).sum(axis=1) == 2]
     turned = beside[_turns(*(x[beside[:, k]] for k in range(3))) <= 0]
-    asked = np.unique(turned[turned >= fixed])
+    asked = each_once(turned[turned >= fixed])
     if len(asked) > MOST_LOST:
         return None
     p, a, b = x[asked][:, None], x[rim[:, 0]], x[rim[:, 1]]

@@ -15,6 +15,7 @@ from bubblemesh.packing.population import (
     WIDEST_CORNER,
     Defects,
     across_wide_corners,
+    crowded_on_walls,
     relative_lengths,
 )
 from bubblemesh.packing.relaxation import Connected
@@ -233,17 +234,34 @@ def test_crowded_bubble_on_a_straight_wall_is_deleted():
     np.testing.assert_array_equal(change.bubbles.s, bubbles.s)
 
 
-def test_crowded_bubble_on_a_curve_stays():
-    domain, spacing = Domain.of(rings.circle((0, 0), 3)), uniform(1.0)
-    shell = boundary_bubbles(domain, spacing)
-    at = np.array([shell.s[:2].mean()])
-    zero = np.zeros(1, np.int64)
-    x = domain.boundary.points(zero, at)
-    bubbles = shell.append(np.vstack([x, 0.72 * x]), np.ones(2), zero, at)
-    net = connect(bubbles, domain)
-    assert net.valence[bubbles.boundary_count - 1] == 3
-    change = controlled(NEVER, domain, spacing, bubbles)
-    assert change.bubbles.boundary_count == bubbles.boundary_count
+def crowded_on_circle(domain, gap, inside=()):
+    """Bubbles around a disc with one more in the middle of a gap, and some inside."""
+    shell = boundary_bubbles(domain, uniform(1.0))
+    at, zero = shell.s[gap : gap + 2].mean(keepdims=True), np.zeros(1, np.int64)
+    x = np.vstack([domain.boundary.points(zero, at), *inside])
+    return shell.append(x, np.ones(len(x)), zero, at)
+
+
+@pytest.mark.parametrize(("radius", "kept"), [(3, True), (8, False)])
+def test_a_crowded_bubble_goes_where_a_curve_turns_little(radius, kept):
+    domain = Domain.of(rings.circle((0, 0), radius))
+    ((x, y),) = crowded_on_circle(domain, 0).x[-1:]
+    bubbles = crowded_on_circle(domain, 0, [np.array([[x, y]]) * (1 - 0.86 / radius)])
+    assert connect(bubbles, domain).valence[bubbles.boundary_count - 1] == 3
+    change = controlled(NEVER, domain, uniform(1.0), bubbles)
+    assert (change.bubbles.boundary_count == bubbles.boundary_count) is kept
+
+
+def test_a_crowded_bubble_stays_whose_triangles_end_at_another_wall():
+    domain = Domain.of(rings.circle((0, 0), 8), [rings.circle((0, 0), 7.2)])
+    for gap in range(40):
+        bubbles = crowded_on_circle(domain, gap)
+        net = connect(bubbles, domain)
+        fewest = net.valence == 3
+        if fewest.any():
+            assert not crowded_on_walls(net, domain).any()
+            return
+    pytest.fail("no bubble has two triangles")
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -10,7 +10,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing import net as nets
-from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, disjoint_patches, worst_of
+from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, badness, disjoint_patches
 from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected
@@ -199,16 +199,24 @@ def test_rim_of_a_part_does_not_move_though_a_patch_reaches_it():
     assert (patches.moving == 0).sum() == 7  # the middle and its neighbours, if they are six
 
 
-def test_worst_of_a_patch_is_that_of_the_triangles_at_its_moving_bubbles():
+def test_badness_of_a_patch_is_that_of_the_triangles_at_its_moving_bubbles():
     _, _, net = polished_net("square")
     order = np.argsort(-eta(net.bubbles.x, net.triangles))[:MOST_PATCHES]
     patches = disjoint_patches(net, order)
-    found = worst_of(net, patches)
+    found = badness(net, patches)
     measure = eta(net.bubbles.x, net.triangles)
     for number in range(patches.number):
         mine = [m for m, t in zip(measure, net.triangles, strict=True) if (patches.moving[t] == number).any()]
-        assert found[number] == max(mine)
-    assert found[0] == measure.max()
+        assert found[number] == pytest.approx(sum(m**64 for m in mine))
+
+
+def test_a_triangle_that_is_inverted_is_infinitely_bad():
+    _, _, net = polished_net("square")
+    patches = disjoint_patches(net, np.array([40]))
+    moving = np.flatnonzero(patches.moving == 0)[0]
+    x = net.bubbles.x.copy()
+    x[moving] += 10
+    assert badness(replace(net, bubbles=net.bubbles.moved(x)), patches) == [np.inf]
 
 
 def test_bad_triangles_are_the_worst_ones_first():
