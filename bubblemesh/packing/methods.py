@@ -49,11 +49,11 @@ class Method:
 
         LimitError if there would be many more than ``max_nodes`` of them.
         """
-        if self.placement.in_order(domain, spacing):
-            levels: tuple[Spacing, ...] = (spacing,)
-        else:
-            levels = self.levels(domain, spacing, expected_nodes)
-        return levels, self.placement(domain, levels[0], max_nodes)
+        placement = self.placement.fitted(domain, spacing)
+        levels = (spacing,) if placement.in_order else self.levels(domain, spacing, expected_nodes)
+        if len(levels) > 1:
+            placement = self.placement.fitted(domain, levels[0])
+        return levels, placement(domain, levels[0], max_nodes)
 
 
 FNPBS = Method(

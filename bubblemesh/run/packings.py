@@ -164,8 +164,10 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
 
     clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
     deadline = Deadline.within(time_left() - clock.reserve)
-    whole = problem.packed_domain, problem.packing_spacing, problem.packed_nodes
-    method = replace(problem.method, placement=problem.method.placement.of_whole(*whole))
+    method = problem.method
+    placement = method.placement.fitted(problem.packed_domain, problem.packing_spacing, problem.packed_nodes)
+    if placement.in_order:
+        method = replace(method, placement=placement)
     together = Together(
         problem.packing_spacing,
         problem.spacing if stay else None,

@@ -20,20 +20,21 @@ CLIPPED_AT = 2.0  # standard deviations: no displacement is so long that a bubbl
 class Placement(Protocol):
     """Placement of the first bubbles."""
 
-    def in_order(self, domain: Domain, spacing: Spacing) -> bool:
-        """Whether most bubbles are in order where they are placed, so that they need no coarser levels for it."""
-        return False
+    in_order: bool = False  # whether most bubbles are in order where they are placed, and need no coarser levels for it
 
-    def of_whole(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> "Placement":
-        """The placement for parts of a domain, by which bubbles of neighbouring parts fit each other if they can."""
+    def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0) -> "Placement":
+        """The placement for the whole or parts of a domain, with what it has to know of the whole.
+
+        If very many nodes are expected, it takes a less close look.
+        """
         return self
+
+    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
+        """Bubbles of a domain before any motion; LimitError if there would be many more than ``max_nodes`` of them."""
 
     def again(self, start: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
         """The bubbles from which a domain is packed once more: those of a ``start``, or others that fit better."""
         return start
-
-    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
-        """Bubbles of a domain before any motion; LimitError if there would be many more than ``max_nodes`` of them."""
 
 
 def require_at_most(max_nodes: int, count: int) -> None:

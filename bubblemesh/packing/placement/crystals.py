@@ -67,9 +67,9 @@ class Crystal:
     height: float  # from row to row
 
     @classmethod
-    def fitting(cls, plateau: Plateau, walls: Walls, domain: Domain, spacing: Spacing) -> "Crystal":
+    def fitting(cls, plateau: Plateau, domain: Domain, spacing: Spacing) -> "Crystal":
         """The lattice along the main wall of a plateau, stretched a little to fit it and the longest one facing it."""
-        d, walls = plateau.d, walls.on(plateau, spacing)
+        d, walls = plateau.d, Walls.of(domain).on(plateau, spacing)
         if len(walls.length) == 0:
             x0, y0, x1, y1 = domain.bounds
             return cls(plateau, np.array([x0 + x1, y0 + y1]) / 2, np.array([1.0, 0.0]), d, ROWS_APART * d)

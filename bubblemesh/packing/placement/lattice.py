@@ -1,6 +1,6 @@
 """Initial bubbles on hexagonal lattices, where most of them have the same spacing."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -11,9 +11,9 @@ from bubblemesh.arrays import Booleans, Floats, Integers, first_rows, largest_of
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.placement import Placement, require_at_most
-from bubblemesh.packing.placement.crystals import Crystal, Walls
+from bubblemesh.packing.placement.crystals import Crystal
 from bubblemesh.packing.placement.diffusion import Diffusion, NearLines, boundary_bubbles, near_facets
-from bubblemesh.packing.placement.plateaus import Plateau, plateaus
+from bubblemesh.packing.placement.plateaus import plateaus
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves_in_blocks
 from bubblemesh.spacing.spacing import Spacing
@@ -35,22 +35,13 @@ class HexagonalLattice(Placement):
         float, Gt(0), Le(1), Doc("part of the bubbles on lattices from which on there are no coarser levels")
     ] = 0.95
 
-    def in_order(self, domain: Domain, spacing: Spacing) -> bool:
-        return self._are_enough(plateaus(domain, spacing))
+    def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0) -> "Lattices":
+        found = plateaus(domain, spacing, expected_nodes)
+        crystals = tuple(Crystal.fitting(plateau, domain, spacing) for plateau in found)
+        return Lattices(self.leaf, crystals, sum(plateau.share for plateau in found) >= self.even)
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
-        return self._lattices(plateaus(domain, spacing), domain, spacing)(domain, spacing, max_nodes)
-
-    def of_whole(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> Placement:
-        found = plateaus(domain, spacing, expected_nodes)
-        return self._lattices(found, domain, spacing) if self._are_enough(found) else self
-
-    def _are_enough(self, found: Sequence[Plateau]) -> bool:
-        return sum(plateau.share for plateau in found) >= self.even
-
-    def _lattices(self, found: Sequence[Plateau], domain: Domain, spacing: Spacing) -> "Lattices":
-        walls = Walls.of(domain)
-        return Lattices(self.leaf, tuple(Crystal.fitting(plateau, walls, domain, spacing) for plateau in found))
+        return self.fitted(domain, spacing)(domain, spacing, max_nodes)
 
 
 class _Cells(NamedTuple):
@@ -66,9 +57,7 @@ class Lattices(Placement):
 
     leaf: float
     crystals: tuple[Crystal, ...]
-
-    def in_order(self, domain: Domain, spacing: Spacing) -> bool:
-        return True
+    in_order: bool = False
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         shell = boundary_bubbles(domain, spacing)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from lattices import uniform
@@ -7,6 +9,7 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.crystals import Crystal, Walls
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
@@ -39,7 +42,7 @@ def placed(domain, spacing):
 
 
 def crystal(domain, d):
-    return Crystal.fitting(Plateau(d, 1.0), Walls.of(domain), domain, uniform(d))
+    return Crystal.fitting(Plateau(d, 1.0), domain, uniform(d))
 
 
 @pytest.mark.parametrize("degrees", [0, 17, 90, 200])
@@ -156,7 +159,7 @@ def test_without_plateaus_bubbles_are_those_of_error_diffusion():
 
 def test_parts_have_places_of_one_lattice():
     whole = Domain.of(rings.rectangle(0, 0, 2, 1))
-    placement = HexagonalLattice().of_whole(whole, uniform(0.05), 1000)
+    placement = HexagonalLattice().fitted(whole, uniform(0.05), 1000)
     lattice = crystal(whole, 0.05)
     for part in (
         rings.polygon([(0, 0), (1.1, 0), (0.9, 1), (0, 1)]),
@@ -168,14 +171,18 @@ def test_parts_have_places_of_one_lattice():
         np.testing.assert_array_equal(inner, lattice.nearest(inner))
 
 
-def test_parts_have_lattices_of_their_own_where_the_whole_is_not_even():
-    placement = HexagonalLattice()
-    assert placement.of_whole(DOMAINS["strip"], TWO, 1000) is placement
+def test_lattices_of_most_bubbles_need_no_coarser_levels():
+    multilevel = METHODS["multilevel"]
+    for spacing, levels in ((uniform(0.02), 1), (TWO, 2)):
+        found, _ = multilevel.started(DOMAINS["strip"], spacing, 2000, ENOUGH)
+        assert len(found) == levels
+    unordered = replace(multilevel, placement=ErrorDiffusion())
+    assert len(unordered.started(DOMAINS["strip"], uniform(0.02), 6000, ENOUGH)[0]) > 1
 
 
 def test_a_strip_is_packed_again_from_the_lattice():
     domain, spacing = DOMAINS["strip"], uniform(0.05)
-    placement = HexagonalLattice().of_whole(domain, spacing, 1000)
+    placement = HexagonalLattice().fitted(domain, spacing, 1000)
     start = placed(domain, spacing)
     x = start.x.copy()
     x[start.interior] += np.random.default_rng(0).normal(0, 0.005, x[start.interior].shape)
