@@ -14,6 +14,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.annealing import Acting, Cycles, Links, annealed
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.relaxing import CUTOFF
+from bubblemesh.meshes.quality import REGULAR_VALENCE
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import Net, connect_within, measured
@@ -25,7 +26,7 @@ CYCLES = {"fast": 20, "normal": 100, "best": 800}  # before `TIMES`
 FEWEST_CYCLES = {"fast": 2, "normal": 20, "best": 40}  # on the largest levels, before `TIMES`
 TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1.5, 2, 4, 4, 8), "best": (4, 4, 2, 2, 4)}  # by the number of finer levels
 ANNEALED_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
-REGULAR_VALENCE = 6
+DISORDERED = 0.02  # share of the bubbles from which on all cycles are worth their time
 SPACING_STAYS = 5  # cycles by the same spacings: bubbles do not go far in them
 SEEDS = 2**63
 
@@ -109,7 +110,7 @@ class Annealing:
         If kernels can relax them, they do by the ``dynamics``; else these are None.
         """
         shaker = Shaker(domain, relax, self.shake_steps, dynamics)
-        total, seed = self.cycles(len(net.bubbles), rank), int(random.integers(SEEDS))
+        total, seed = self.cycles(len(net.bubbles), rank, net.disorder), int(random.integers(SEEDS))
         shares = 1 - np.arange(total) / total
         parts, done = [Relaxed.none(net.bubbles)], 0
         while done < total:
@@ -123,23 +124,28 @@ class Annealing:
             done += count
         return Relaxed.one_of(parts)
 
-    def cycles(self, bubbles: int, rank: Rank = ONLY) -> int:
-        """Number of cycles on a level of so many bubbles.
+    def cycles(self, bubbles: int, rank: Rank = ONLY, disorder: float = 1.0) -> int:
+        """Number of cycles on a level of so many bubbles, of which a share is in ``disorder``.
 
         But with `best`, a coarse level gets more of them than an only one: it is small beside the finest, and all
         others take over its order. On the finest of several levels, and on a large one next to it, annealing breaks
-        more of the order that was taken over than it lessens the strain.
+        more of the order that was taken over than it lessens the strain. A large first level that is in order already
+        gets fewer.
         """
         most_next = ANNEALED_NEXT_TO_FINEST[self.effort]
         if rank.coarser and (rank.finer == 0 or (rank.finer == 1 and bubbles > most_next)):
             return 0
         times = TIMES[self.effort]
-        return math.ceil(times[min(rank.finer, len(times) - 1)] * self.by_size(bubbles))
+        worth = 1.0 if rank.coarser else min(disorder / DISORDERED, 1.0)
+        return math.ceil(times[min(rank.finer, len(times) - 1)] * self.by_size(bubbles, worth))
 
-    def by_size(self, bubbles: int) -> float:
-        """Number of cycles of so many bubbles, before the rank of their level counts."""
+    def by_size(self, bubbles: int, worth: float = 1.0) -> float:
+        """Number of cycles of so many bubbles, before the rank of their level counts.
+
+        ``worth`` is the part of the fewest cycles of large levels that these need.
+        """
         share = min(1, self.fully_shaken / bubbles)
-        return max(CYCLES[self.effort] * share, FEWEST_CYCLES[self.effort])
+        return max(CYCLES[self.effort] * share, FEWEST_CYCLES[self.effort] * worth)
 
     def sparing(self, calm: Calm) -> "Annealing":
         """Annealing of all but calm bubbles, which are left alone."""

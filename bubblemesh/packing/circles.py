@@ -14,6 +14,8 @@ from bubblemesh.packing.relaxation import Dynamics, Relaxed
 from bubblemesh.packing.setting import Setting
 from bubblemesh.spacing.spacing import Spacing
 
+IN_ORDER = 0.02  # share of disordered bubbles up to which a start needs no more steps than any other round
+
 # Costs in terms of a step of relaxation, as measured.
 SMOOTHING = 60.0  # a pass
 MENDING, MENDING_AT_LEAST = 25.0, 4e5
@@ -91,7 +93,8 @@ class CirclePacking:
         """Nothing is left to do when the time is up."""
 
     def _steps(self, stage: Stage, number: int) -> int:
-        return self.setting.method.termination.steps(stage.opening and number == 0)
+        opening = stage.opening and number == 0 and self.net.disorder > IN_ORDER
+        return self.setting.method.termination.steps(opening)
 
     def _relaxed(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
         """The bubbles after steps of a round; if ``odd``, those that were touched have a viscosity of their own."""

@@ -10,6 +10,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.linking import Legal, legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
+from bubblemesh.meshes.quality import REGULAR_VALENCE
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.leaving import connected_without_lost
@@ -49,6 +50,12 @@ class Net:
     def valence(self) -> Integers:
         """Number of edges (n,) at each bubble."""
         return np.bincount(self.edges.ravel(), minlength=len(self.bubbles))
+
+    @property
+    def disorder(self) -> float:
+        """Share of the bubbles inside that do not have six neighbours."""
+        inside = self.valence[self.bubbles.boundary_count :]
+        return float((inside != REGULAR_VALENCE).mean()) if len(inside) else 0.0
 
     @cached_property
     def inner(self) -> Booleans:

@@ -87,18 +87,28 @@ class Crystal:
 
     def nearest(self, x: Floats) -> Floats:
         """The places (n, 2) of the bubbles nearest to points x (n, 2), of each bubble the same to the last bit."""
-        across = np.array([-self.along[1], self.along[0]])
-        from_origin = x - self.origin
-        u, v = (from_origin * self.along).sum(axis=1) / self.step, (from_origin * across).sum(axis=1) / self.height
-        best, distance = np.empty_like(x), np.full(len(x), np.inf)
-        for row in (np.floor(v), np.floor(v) + 1):
-            shift = (row % 2) / 2
-            column = np.rint(u - shift) + shift
-            places = self.origin + (column * self.step)[:, None] * self.along + (row * self.height)[:, None] * across
-            away = ((places - x) ** 2).sum(axis=1)
-            nearer = away < distance
-            best[nearer], distance[nearer] = taken(places, nearer), away[nearer]
-        return best
+        (ax, ay), (ox, oy) = self.along.tolist(), self.origin.tolist()
+        dx, dy = x[:, 0] - ox, x[:, 1] - oy
+        u, v = dx * ax + dy * ay, dy * ax - dx * ay  # along the rows and across
+        low = np.floor(v / self.height)
+        below, above = (self._in_row(row, u, v) for row in (low, low + 1))
+        nearer = above.away < below.away
+        along, across = np.where(nearer, above.along, below.along), np.where(nearer, above.across, below.across)
+        return np.column_stack([ox + (along * ax - across * ay), oy + (along * ay + across * ax)])
+
+    def _in_row(self, row: Floats, u: Floats, v: Floats) -> "_Nearest":
+        """The bubbles of rows (n,) nearest to points."""
+        shift = (row - 2 * np.floor(row / 2)) / 2
+        along, across = (np.rint(u / self.step - shift) + shift) * self.step, row * self.height
+        return _Nearest(along, across, (along - u) ** 2 + (across - v) ** 2)
+
+
+class _Nearest(NamedTuple):
+    """Places of bubbles from the origin of their lattice, and how far points are away from them."""
+
+    along: Floats  # (n,)
+    across: Floats  # (n,)
+    away: Floats  # (n,): squared
 
 
 def _fitting(length: float, step: float) -> float:

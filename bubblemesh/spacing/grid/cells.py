@@ -12,7 +12,7 @@ from bubblemesh.records import record
 from bubblemesh.spacing.grid.quadtree import CORNERS, GRID_LEVELS, Quadtree
 from bubblemesh.spacing.spacing import Spacing
 
-MOST_AT_ONCE = 1 << 20  # cells that are looked at, about 100 bytes each
+MOST_AT_ONCE = 1 << 18  # cells that are looked at, about 100 bytes each
 PARTS = 8  # of so many
 
 # Largest sides of cells with samples, so that no spot is passed over: in spacings, and of the domain's size.
