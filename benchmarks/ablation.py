@@ -17,7 +17,12 @@ from bubblemesh.run.pipeline import mesh_case
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "multilevel.md"
 BEGIN, END = "<!-- ablation: begin -->", "<!-- ablation: end -->"
-CASES = {"dense": "Dense variant of Example 3", "example-4": "Example 4", "example-3-9000": "Example 3, 8,700 nodes"}
+CASES = {
+    "dense": "Dense variant of Example 3",
+    "example-4": "Example 4",
+    "example-3-9000": "Example 3, 8,700 nodes",
+    "even": "Even plate, 24,000 nodes",
+}
 
 VARIANTS: Mapping[str, list[str]] = {
     "the method": [],
@@ -29,6 +34,7 @@ VARIANTS: Mapping[str, list[str]] = {
     "polish without weight on spacing": ["packing.spacing_weight=0"],
     "no polish, no mending": ["packing.polish=none", "packing.mending=none"],
     "neighbours by distance": ["packing.relaxation=nearby"],
+    "initial error diffusion": ["packing.placement=diffusion"],
     "initial subdivision": ["packing.placement=subdivision"],
     "control by thresholds": ["packing.population=thresholds"],
 }

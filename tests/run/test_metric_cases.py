@@ -225,7 +225,7 @@ def random_case(seed):
         {"ellipse": {"center": [0.5, 0.5], "radii": [0.5, float(random.uniform(0.3, 0.5))]}},
         {"polygon": star},
     ][random.integers(4)]
-    along = float(random.uniform(0.05, 0.15))
+    along = float(random.uniform(0.08, 0.2))
     across = along / float(np.exp(random.uniform(0, np.log(300))))
     f, g, p, q = random.uniform(2, 9, 4)
     less = max(across, along / 30)  # long ellipses in the whole domain, or turning ones, are too many for a test

@@ -14,6 +14,7 @@ STRAIGHT = 1e-9  # relative difference of arc and chord
 TURN = 60.0  # degrees by which a lattice is turned into itself
 ALIKE = 1.0  # degrees: walls in directions that differ by less are served by one lattice
 PARALLEL = 0.1  # degrees
+ROOM = 4.0  # bubbles for each one on walls that a lattice does not fit
 STRETCHED = 0.05  # most by which a lattice gives way to fit the walls
 ROWS_APART = np.sqrt(3) / 2  # in terms of the distance of bubbles in a row
 
@@ -84,6 +85,17 @@ class Crystal:
         if len(facing):
             height = _fitting(away[facing[np.argmax(walls.length[facing])]], height)
         return cls(plateau, origin, along, step, height)
+
+    def has_room(self, domain: Domain, spacing: Spacing) -> bool:
+        """Whether the plateau has many bubbles for each one on walls that the lattice does not fit."""
+        chords = domain.boundary.chords()
+        dx, dy = (chords.end - chords.start).T
+        rows = np.arctan2(self.along[1], self.along[0])
+        turn = np.degrees(np.arctan2(dy, dx) - rows) % TURN
+        misfit = np.minimum(turn, TURN - turn) > ALIKE
+        held = self.plateau.holds(spacing.extended((chords.start + chords.end) / 2))
+        on_walls = float(np.hypot(dx, dy)[misfit & held].sum()) / self.plateau.d
+        return self.plateau.bubbles >= ROOM * on_walls
 
     def nearest(self, x: Floats) -> Floats:
         """The places (n, 2) of the bubbles nearest to points x (n, 2), of each bubble the same to the last bit."""

@@ -1,7 +1,7 @@
 """Initial bubbles on hexagonal lattices, where most of them have the same spacing."""
 
 from collections.abc import Iterator
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
@@ -18,6 +18,7 @@ from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves_in_blocks
 from bubblemesh.spacing.spacing import Spacing
 
+MOST = 0.5  # of the bubbles, for all lattices together
 CLEAR = 0.5  # spacings that a lattice keeps from the boundary
 LARGEST_CELL = 0.65  # spacings: none of such a side has two bubbles of a lattice
 REACH = 0.5 + 1e-9  # sides of a cell from its centre: what lies on its edge is in the cells on both sides
@@ -27,7 +28,8 @@ REACH = 0.5 + 1e-9  # sides of a cell from its centre: what lies on its edge is 
 class HexagonalLattice(Placement):
     """Lattices along the walls where most bubbles have the same spacing, and error diffusion elsewhere.
 
-    Each spacing that a tenth of the bubbles have gets a lattice, along the longest straight walls where it holds.
+    Each spacing that a tenth of the bubbles have gets a lattice, along the longest straight walls where it holds, if
+    it has room between those that it does not fit.
     """
 
     leaf: Annotated[float, Ge(0.1), Le(0.5), Doc("largest side of the cells, in spacings")] = 0.35
@@ -36,19 +38,13 @@ class HexagonalLattice(Placement):
     ] = 0.95
 
     def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0) -> "Lattices":
-        found = plateaus(domain, spacing, expected_nodes)
-        crystals = tuple(Crystal.fitting(plateau, domain, spacing) for plateau in found)
-        return Lattices(self.leaf, crystals, sum(plateau.share for plateau in found) >= self.even)
+        found = (Crystal.fitting(plateau, domain, spacing) for plateau in plateaus(domain, spacing, expected_nodes))
+        crystals = tuple(crystal for crystal in found if crystal.has_room(domain, spacing))
+        share = sum(crystal.plateau.share for crystal in crystals)
+        return Lattices(self.leaf, crystals if share >= MOST else (), share >= self.even)
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         return self.fitted(domain, spacing)(domain, spacing, max_nodes)
-
-
-class _Cells(NamedTuple):
-    """Cells along a Hilbert curve, and the number of the lattice that each is on, or -1."""
-
-    cells: Leaves
-    lattice: Integers  # (n,)
 
 
 @record
@@ -63,10 +59,8 @@ class Lattices(Placement):
         shell = boundary_bubbles(domain, spacing)
         diffusion, to_boundary, found = Diffusion(shell, domain), near_facets(shell, domain), list[Floats]()
         for cells, lattice in self._walk(domain, spacing):
-            elsewhere = lattice < 0
-            x, chosen = self._laid(cells, lattice, to_boundary)
-            chosen |= diffusion.chosen(cells, elsewhere.astype(float)) & elsewhere
-            found.append(taken(x, chosen))
+            x, laid = self._laid(cells, lattice, to_boundary)
+            found.append(taken(x, laid | diffusion.chosen(cells, (lattice < 0).astype(float))))
         x = np.concatenate(found)
         x = taken(x, first_rows(x))
         require_at_most(max_nodes, len(shell) + len(x))
@@ -87,14 +81,14 @@ class Lattices(Placement):
             found[self.crystals[number].plateau.holds(d)] = number
         return found
 
-    def _walk(self, domain: Domain, spacing: Spacing) -> Iterator[_Cells]:
-        """The cells of a domain, block by block: larger ones on lattices."""
+    def _walk(self, domain: Domain, spacing: Spacing) -> Iterator[tuple[Leaves, Integers]]:
+        """Cells of a domain, block by block, larger ones on lattices, and the number of the lattice of each, or -1."""
 
         def largest(d: Floats) -> Floats:
             return np.where(self._lattice(d) < 0, self.leaf, LARGEST_CELL)
 
         for cells in leaves_in_blocks(domain, spacing, largest):
-            yield _Cells(cells, self._lattice(cells.d))
+            yield cells, self._lattice(cells.d)
 
     def _laid(self, cells: Leaves, lattice: Integers, to_boundary: NearLines) -> tuple[Floats, Booleans]:
         """Places (n, 2) in cells for bubbles, on lattices if possible, and the cells (n,) where they are.

@@ -9,11 +9,11 @@ from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.grid.quadtree import CORNERS
 from bubblemesh.spacing.spacing import Spacing
 
+AREA = np.sqrt(3) / 2  # of the plane for each bubble, in units of d^2
 SAMPLE = 4.0  # spacings: the spacing is looked at in cells of that size
 MOST_CELLS = 20_000  # about, if the number of nodes is known
 EVEN = 0.005  # relative difference of spacings that is none
-LEAST_SHARE = 0.1  # of the bubbles, for one
-MOST = 0.5  # of the bubbles, for all together
+LEAST_SHARE = 0.1  # of the bubbles
 
 
 @record
@@ -22,6 +22,7 @@ class Plateau:
 
     d: float
     share: float  # of the domain's bubbles
+    bubbles: float  # their number, about
 
     def holds(self, d: Floats) -> Booleans:
         """Which of the spacings (n,) are that one."""
@@ -31,13 +32,13 @@ class Plateau:
 def plateaus(domain: Domain, spacing: Spacing, expected_nodes: float = 0.0) -> tuple[Plateau, ...]:
     """The spacings that a tenth of the bubbles or more have, the most frequent first.
 
-    There are none if all together are not those of most bubbles. If very many nodes are expected, the spacing is
-    looked at in larger cells.
+    If very many nodes are expected, the spacing is looked at in larger cells.
     """
     cells = leaves(domain, spacing, max(SAMPLE, float(np.sqrt(expected_nodes / MOST_CELLS))))
     order = np.argsort(cells.d, kind="stable")
-    d, bubbles = cells.d[order], (cells.sides / cells.d)[order] ** 2
-    share = np.where(_even(cells, spacing)[order], bubbles / bubbles.sum(), 0.0)
+    d, bubbles = cells.d[order], (cells.sides / cells.d)[order] ** 2 / AREA
+    count = float(bubbles.sum())
+    share = np.where(_even(cells, spacing)[order], bubbles / count, 0.0)
     found = list[Plateau]()
     while len(d):
         before = np.append(0.0, np.cumsum(share))
@@ -45,10 +46,10 @@ def plateaus(domain: Domain, spacing: Spacing, expected_nodes: float = 0.0) -> t
         most = int(np.argmax(together))
         if together[most] < LEAST_SHARE:
             break
-        found.append(Plateau(float(d[most]), float(together[most])))
+        found.append(Plateau(float(d[most]), float(together[most]), float(together[most]) * count))
         others = (d < d[most] * (1 - 2 * EVEN)) | (d > d[most] * (1 + 2 * EVEN))
         d, share = d[others], share[others]
-    return tuple(found) if sum(plateau.share for plateau in found) >= MOST else ()
+    return tuple(found)
 
 
 def _even(cells: Leaves, spacing: Spacing) -> Booleans:

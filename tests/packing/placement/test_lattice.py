@@ -42,7 +42,7 @@ def placed(domain, spacing):
 
 
 def crystal(domain, d):
-    return Crystal.fitting(Plateau(d, 1.0), domain, uniform(d))
+    return Crystal.fitting(Plateau(d, 1.0, 1000), domain, uniform(d))
 
 
 @pytest.mark.parametrize("degrees", [0, 17, 90, 200])
@@ -101,7 +101,7 @@ def test_the_nearest_place_is_that_of_all(seed):
     random = np.random.default_rng(seed)
     angle = random.uniform(0, 7)
     along = np.array([np.cos(angle), np.sin(angle)])
-    lattice = Crystal(Plateau(0.1, 1.0), random.normal(size=2), along, 0.1 * random.uniform(0.95, 1.05), 0.0866)
+    lattice = Crystal(Plateau(0.1, 1.0, 1000), random.normal(size=2), along, 0.1 * random.uniform(0.95, 1.05), 0.0866)
     x = random.uniform(-1, 1, (500, 2))
     every = lattice.nearest(np.stack(np.meshgrid(*2 * [np.linspace(-1.3, 1.3, 200)]), -1).reshape(-1, 2))
     places = np.unique(every, axis=0)
@@ -155,6 +155,29 @@ def test_without_plateaus_bubbles_are_those_of_error_diffusion():
     spacing = Spacing(lambda x, y: 0.05 + 0.03 * x, 0.01)
     for domain in DOMAINS.values():
         assert placed(domain, spacing).x.tobytes() == ErrorDiffusion()(domain, spacing, ENOUGH).x.tobytes()
+
+
+def test_plateaus_of_fewer_than_half_of_the_bubbles_have_no_lattice():
+    spacing = Spacing(lambda x, y: np.clip(0.01 + 0.02 * x, 0, 0.035), 0.01)
+    assert HexagonalLattice().fitted(DOMAINS["strip"], spacing).crystals == ()
+
+
+@pytest.mark.parametrize(
+    ("ring", "room"),
+    [
+        (rings.rectangle(0, 0, 3, 0.35), True),  # narrow, but the lattice fits the long walls
+        (rings.circle((0, 0), 1), True),
+        (rings.circle((0, 0), 0.3), False),  # 32 bubbles, of which 19 are on the circle
+        (rings.ellipse((0, 0), (3, 0.25), 0), False),
+    ],
+)
+def test_lattices_need_room_between_walls_that_they_do_not_fit(ring, room):
+    domain = Domain.of(ring)
+    lattices = HexagonalLattice().fitted(domain, uniform(0.1))
+    assert (len(lattices.crystals) == 1) is lattices.in_order is room
+    if not room:
+        start = ErrorDiffusion()(domain, uniform(0.1), ENOUGH)
+        assert placed(domain, uniform(0.1)).x.tobytes() == start.x.tobytes()
 
 
 def test_parts_have_places_of_one_lattice():
