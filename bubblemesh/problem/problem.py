@@ -1,8 +1,8 @@
 """A case made ready for packing: geometry and spacing checked, the method bound."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
-from functools import cached_property
+from dataclasses import field, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -60,6 +60,14 @@ class Task:
         from bubblemesh.packing.placement.warm_start import warm_started
 
         return warm_started(self.configured(), self.previous)
+
+    def one_by_one(self) -> "Task | None":
+        """The task with bubbles that are placed one by one, or None if they are already."""
+        method = self.configured()
+        placement = method.placement.one_by_one()
+        if placement is method.placement:
+            return None
+        return replace(self, configured=partial(replace, method, placement=placement))
 
     @property
     def demanding(self) -> bool:

@@ -1,6 +1,7 @@
 """From a case to a mesh, within a time limit: the whole story on one screen."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -29,6 +30,7 @@ from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 from bubblemesh.run.verdict import verdict
 
 MOST_MESHES = 8  # until one has the wanted number of nodes
+MOST_BY_ROWS = 4  # of them with whole rows of nodes, if there are any
 
 
 @record
@@ -120,10 +122,10 @@ def _meshed(
     while (target := problem.node_target) and len(packings) < MOST_MESHES and _misses(packings[-1], target):
         if time_left() < sum(packings[-1].seconds.get(stage, 0.0) for stage in ("placement", "packing")):
             break
-        found = [(packing.problem.expected_nodes, packing.nodes) for packing in packings]
-        problem = correct(problem, target, found)
-        if problem.node_target is None or problem.node_target.scale in [packing.scale for packing in packings]:
+        following = _corrected(problem, target, packings)
+        if following is None:
             break
+        problem = following
         packings.append(pack(problem, on_round, on_share, crew, keeping))
     return _finish(packings, begun, adaptation)
 
@@ -199,6 +201,24 @@ def _told(best: Packing, found: Measured, done: Completed) -> tuple[str, ...]:
         *([] if best.refined is None else warnings.sharper_corners(best.refined, problem.demands)),
         *([] if done.partition is None else warnings.divided_by_geometry(done.partition)),
     )
+
+
+def _corrected(problem: Problem, target: NodeTarget, packings: Sequence[Packing]) -> Problem | None:
+    """The problem with a scale that may come nearer to the target, None if there is none.
+
+    Where lattices have missed it, since they have whole rows of nodes, these are placed one by one.
+    """
+    task = problem.task
+    found = [(packing.problem.expected_nodes, packing.nodes) for packing in packings]
+    problem = correct(problem, target, found)
+    if problem.node_target is None:
+        return None
+    known = problem.node_target.scale in [packing.scale for packing in packings]
+    if task is problem.task and (known or len(packings) >= MOST_BY_ROWS):
+        other = task.one_by_one()
+        if other is not None:
+            return replace(problem, task=other)
+    return None if known else replace(problem, task=task)
 
 
 def _misses(packing: Packing, target: NodeTarget) -> bool:

@@ -22,15 +22,21 @@ class Placement(Protocol):
 
     in_order: bool = False  # whether most bubbles are in order where they are placed, and need no coarser levels for it
 
-    def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0) -> "Placement":
+    def fitted(
+        self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0, coarse: bool = False
+    ) -> "Placement":
         """The placement for the whole or parts of a domain, with what it has to know of the whole.
 
-        If very many nodes are expected, it takes a less close look.
+        If very many nodes are expected, it takes a less close look. Levels that are ``coarse`` are refined later.
         """
         return self
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         """Bubbles of a domain before any motion; LimitError if there would be many more than ``max_nodes`` of them."""
+
+    def one_by_one(self) -> "Placement":
+        """The placement, or one by which numbers of bubbles change by one and not by whole rows as the spacing does."""
+        return self
 
     def again(self, start: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
         """The bubbles from which a domain is packed once more: those of a ``start``, or others that fit better."""

@@ -12,12 +12,13 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.placement import Placement, require_at_most
 from bubblemesh.packing.placement.crystals import Crystal
-from bubblemesh.packing.placement.diffusion import Diffusion, NearLines, boundary_bubbles, near_facets
+from bubblemesh.packing.placement.diffusion import Diffusion, ErrorDiffusion, NearLines, boundary_bubbles, near_facets
 from bubblemesh.packing.placement.plateaus import plateaus
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves_in_blocks
 from bubblemesh.spacing.spacing import Spacing
 
+FEWEST = 625  # bubbles, of which a whole row is 4 %: so that a wanted number of nodes can be met to 2 %
 MOST = 0.5  # of the bubbles, for all lattices together
 CLEAR = 0.5  # spacings that a lattice keeps from the boundary
 LARGEST_CELL = 0.65  # spacings: none of such a side has two bubbles of a lattice
@@ -29,7 +30,7 @@ class HexagonalLattice(Placement):
     """Lattices along the walls where most bubbles have the same spacing, and error diffusion elsewhere.
 
     Each spacing that a tenth of the bubbles have gets a lattice, along the longest straight walls where it holds, if
-    it has room between those that it does not fit.
+    there are many of them, also between the walls that it does not fit.
     """
 
     leaf: Annotated[float, Ge(0.1), Le(0.5), Doc("largest side of the cells, in spacings")] = 0.35
@@ -37,11 +38,16 @@ class HexagonalLattice(Placement):
         float, Gt(0), Le(1), Doc("part of the bubbles on lattices from which on there are no coarser levels")
     ] = 0.95
 
-    def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0) -> "Lattices":
-        found = (Crystal.fitting(plateau, domain, spacing) for plateau in plateaus(domain, spacing, expected_nodes))
+    def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0, coarse: bool = False) -> "Lattices":
+        fewest = 0 if coarse else FEWEST
+        large = [flat for flat in plateaus(domain, spacing, expected_nodes) if flat.bubbles >= fewest]
+        found = (Crystal.fitting(plateau, domain, spacing) for plateau in large)
         crystals = tuple(crystal for crystal in found if crystal.has_room(domain, spacing))
         share = sum(crystal.plateau.share for crystal in crystals)
         return Lattices(self.leaf, crystals if share >= MOST else (), share >= self.even)
+
+    def one_by_one(self) -> Placement:
+        return ErrorDiffusion(self.leaf)
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         return self.fitted(domain, spacing)(domain, spacing, max_nodes)

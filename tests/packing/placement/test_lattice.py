@@ -15,7 +15,7 @@ from bubblemesh.packing.placement.crystals import Crystal, Walls
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.placement.lattice import CLEAR, HexagonalLattice
 from bubblemesh.packing.placement.plateaus import Plateau
-from bubblemesh.run.pipeline import mesh_case
+from bubblemesh.run.pipeline import MOST_BY_ROWS, mesh_case
 from bubblemesh.spacing.grid import cells
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ideal_nodes
@@ -38,7 +38,7 @@ def turned(points, degrees):
 
 
 def placed(domain, spacing):
-    return HexagonalLattice()(domain, spacing, ENOUGH)
+    return HexagonalLattice().fitted(domain, spacing, coarse=True)(domain, spacing, ENOUGH)
 
 
 def crystal(domain, d):
@@ -173,11 +173,28 @@ def test_plateaus_of_fewer_than_half_of_the_bubbles_have_no_lattice():
 )
 def test_lattices_need_room_between_walls_that_they_do_not_fit(ring, room):
     domain = Domain.of(ring)
-    lattices = HexagonalLattice().fitted(domain, uniform(0.1))
+    lattices = HexagonalLattice().fitted(domain, uniform(0.1), coarse=True)
     assert (len(lattices.crystals) == 1) is lattices.in_order is room
     if not room:
         start = ErrorDiffusion()(domain, uniform(0.1), ENOUGH)
         assert placed(domain, uniform(0.1)).x.tobytes() == start.x.tobytes()
+
+
+def test_few_bubbles_have_no_lattice_but_on_levels_that_are_refined():
+    for d, few in ((0.065, True), (0.055, False)):  # 547 and 763 bubbles
+        for coarse in (False, True):
+            found = HexagonalLattice().fitted(DOMAINS["strip"], uniform(d), coarse=coarse)
+            assert (found.crystals == ()) is (few and not coarse)
+
+
+def test_wanted_numbers_that_lattices_miss_are_met_one_by_one():
+    text = "domain: {outer: {rectangle: [0, 0, 10, 1]}}\nspacing: {value: 1, nodes: 1700}\npacking: {effort: fast}\n"
+    result = mesh_case(load_case("strip.yaml", text=text)).report
+    assert result.nodes == pytest.approx(1700, rel=0.02)
+    attempts = result["budget"]["attempts"]
+    assert len(attempts) > MOST_BY_ROWS
+    assert result["parameters"]["packing"]["placement"] == "diffusion"
+    assert all(abs(attempt["nodes"] - 1700) > 0.02 * 1700 for attempt in attempts[:MOST_BY_ROWS])
 
 
 def test_parts_have_places_of_one_lattice():
