@@ -242,7 +242,7 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
 
 
 def _turns(net: Net) -> Floats:
-    """What the boundary turns by at each of the bubbles (n,) on it, in radians if that is little."""
+    """Angles (n,) by which the boundary turns at its bubbles, in radians if they are small."""
     i, j = net.facets.T
     along, n = taken(net.bubbles.x, j) - taken(net.bubbles.x, i), len(net.bubbles)
     along /= np.hypot(*along.T)[:, None]

@@ -61,14 +61,6 @@ class Task:
 
         return warm_started(self.configured(), self.previous)
 
-    def one_by_one(self) -> "Task | None":
-        """The task with bubbles that are placed one by one, or None if they are already."""
-        method = self.configured()
-        placement = method.placement.one_by_one()
-        if placement is method.placement:
-            return None
-        return replace(self, configured=partial(replace, method, placement=placement))
-
     @property
     def demanding(self) -> bool:
         """Whether nodes may be added for demands on each triangle."""
@@ -106,6 +98,15 @@ class Problem:
     def method(self) -> "Method":
         """The packing method."""
         return self.task.method
+
+    def one_by_one(self) -> "Problem | None":
+        """The problem with bubbles that are placed one by one, or None if they are already."""
+        fitted = self.method.placement.fitted(self.packed_domain, self.packing_spacing, self.packed_nodes)
+        placement = fitted.one_by_one()
+        if placement is fitted:
+            return None
+        configured = partial(replace, self.method, placement=placement)
+        return replace(self, task=replace(self.task, configured=configured))
 
     @property
     def packed_domain(self) -> Domain:

@@ -215,9 +215,9 @@ def _corrected(problem: Problem, target: NodeTarget, packings: Sequence[Packing]
         return None
     known = problem.node_target.scale in [packing.scale for packing in packings]
     if task is problem.task and (known or len(packings) >= MOST_BY_ROWS):
-        other = task.one_by_one()
+        other = problem.one_by_one()
         if other is not None:
-            return replace(problem, task=other)
+            return other
     return None if known else replace(problem, task=task)
 
 

@@ -28,7 +28,7 @@ class Walls(NamedTuple):
 
     @classmethod
     def of(cls, domain: Domain) -> "Walls":
-        """All that a domain has."""
+        """All straight pieces of a domain's boundary."""
         boundary = domain.boundary
         piece = np.flatnonzero(~boundary.closed)
         length = boundary.lengths[piece]
@@ -39,7 +39,7 @@ class Walls(NamedTuple):
         return cls(taken(start, straight), along, chord[straight])
 
     def on(self, plateau: Plateau, spacing: Spacing) -> "Walls":
-        """Those that are longer than the spacing of a plateau, and have it at their middle."""
+        """Walls longer than the spacing of a plateau that have it at their middle."""
         middle = self.start + self.along * self.length[:, None] / 2
         some = np.flatnonzero((self.length > plateau.d) & plateau.holds(spacing.extended(middle)))
         return Walls(*(taken(column, some) for column in self))

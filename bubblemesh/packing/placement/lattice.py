@@ -46,9 +46,6 @@ class HexagonalLattice(Placement):
         share = sum(crystal.plateau.share for crystal in crystals)
         return Lattices(self.leaf, crystals if share >= MOST else (), share >= self.even)
 
-    def one_by_one(self) -> Placement:
-        return ErrorDiffusion(self.leaf)
-
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         return self.fitted(domain, spacing)(domain, spacing, max_nodes)
 
@@ -60,6 +57,9 @@ class Lattices(Placement):
     leaf: float
     crystals: tuple[Crystal, ...]
     in_order: bool = False
+
+    def one_by_one(self) -> Placement:
+        return ErrorDiffusion(self.leaf) if self.crystals else self
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         shell = boundary_bubbles(domain, spacing)

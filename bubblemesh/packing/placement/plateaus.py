@@ -4,12 +4,12 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.placement.diffusion import AREA
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.grid.quadtree import CORNERS
 from bubblemesh.spacing.spacing import Spacing
 
-AREA = np.sqrt(3) / 2  # of the plane for each bubble, in units of d^2
 SAMPLE = 4.0  # spacings: the spacing is looked at in cells of that size
 MOST_CELLS = 20_000  # about, if the number of nodes is known
 EVEN = 0.005  # relative difference of spacings that is none

@@ -15,6 +15,7 @@ from bubblemesh.packing.placement.crystals import Crystal, Walls
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.placement.lattice import CLEAR, HexagonalLattice
 from bubblemesh.packing.placement.plateaus import Plateau
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import MOST_BY_ROWS, mesh_case
 from bubblemesh.spacing.grid import cells
 from bubblemesh.spacing.spacing import Spacing
@@ -195,6 +196,18 @@ def test_wanted_numbers_that_lattices_miss_are_met_one_by_one():
     assert len(attempts) > MOST_BY_ROWS
     assert result["parameters"]["packing"]["placement"] == "diffusion"
     assert all(abs(attempt["nodes"] - 1700) > 0.02 * 1700 for attempt in attempts[:MOST_BY_ROWS])
+
+
+@pytest.mark.parametrize(("spacing", "on_lattices"), [("0.02", True), ("0.05", False), ("0.01 + 0.05*x", False)])
+def test_only_what_is_on_lattices_can_be_placed_one_by_one_instead(spacing, on_lattices):
+    problem = prepare(
+        load_case("even.yaml", text=f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: {spacing}\n")
+    )
+    other = problem.one_by_one()
+    assert (other is not None) is on_lattices
+    if other is not None:
+        assert isinstance(other.method.placement, ErrorDiffusion)
+        assert other.one_by_one() is None
 
 
 def test_parts_have_places_of_one_lattice():
