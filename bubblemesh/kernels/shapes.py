@@ -9,11 +9,11 @@ from bubblemesh.kernels.library import library
 
 FLATTEST = 0.05  # area in units of d^2: what is flatter, or inverted, is pushed like that
 SHORTEST = 1e-6  # spacings: bubbles nearer to each other have no direction to part in
-WORST = 3.0  # shape measure, beyond which its power grows no more
+WORST = 1.5  # shape measure, beyond which its power grows no more
 
 
 class Descent(NamedTuple):
-    """How n nodes go down the gradient of the sums over triangles of eta^4 and over edges of (l / l0 - 1)^2.
+    """How n nodes go down the gradient of the sums over triangles of eta^8 / 2 and over edges of (l / l0 - 1)^2.
 
     The shape measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle. The first nodes stay,
     those that follow may slide along tangents.
@@ -85,7 +85,7 @@ def eta_in_numpy(x: Floats, triangles: Integers) -> Floats:
 
 
 def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
-    """Gradient (n, 2) of the sum of eta^4 over triangles with the nodes ``corners`` (3, t), at positions x (n, 2)."""
+    """Gradient (n, 2) of the sum of eta^8 / 2 over triangles with the nodes ``corners`` (3, t), at positions x (n, 2)."""
     px, py = (column.take(corners) for column in np.ascontiguousarray(x.T))
     ux, uy = px[1] - px[0], py[1] - py[0]
     wx, wy = px[2] - px[0], py[2] - py[0]
@@ -95,7 +95,8 @@ def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
     to_eta = 1 / (4 * np.sqrt(3) * area)
     eta = squares * to_eta
     bounded = np.minimum(eta, WORST)
-    steep = 4 * (bounded * bounded * bounded)
+    cube = bounded * bounded * bounded
+    steep = 4 * (cube * cube * bounded)
     by_squares, by_area = 2 * steep * to_eta, steep * eta / (2 * area)
     # The sum of squares pulls each corner to the others, the area pushes it off the side across.
     pull = ((-ux - wx, -uy - wy), (ux - zx, uy - zy), (wx + zx, wy + zy))

@@ -54,21 +54,22 @@ static void list_moving(Links *all, int64_t t, const int64_t *triangles, int64_t
     }
 }
 
-/* Gradients (3, 2, BLOCK) of eta^4 by the corners of triangles with sides u and w from the first corner (2, BLOCK each),
-   whose areas count as no less than least (BLOCK,). */
+/* Gradients (3, 2, BLOCK) of eta^8 / 2 by the corners of triangles with sides u and w from the first corner (2, BLOCK
+   each), whose areas count as no less than least (BLOCK,). */
 SIDE_BY_SIDE static void triangle_pulls(const double *u, const double *w, const double *least, double worst, double *pull)
 {
     int k;
     for (k = 0; k < BLOCK; k++) {
         double ux = u[k], uy = u[BLOCK + k], wx = w[k], wy = w[BLOCK + k], zx = wx - ux, zy = wy - uy;
         double area = (ux * wy - uy * wx) / 2;
-        double squares = ux * ux + uy * uy + wx * wx + wy * wy + zx * zx + zy * zy, to_eta, eta, bounded, steep;
+        double squares = ux * ux + uy * uy + wx * wx + wy * wy + zx * zx + zy * zy, to_eta, eta, bounded, cube, steep;
         double by_squares, by_area;
         area = area < least[k] ? least[k] : area; /* what is no number stays none, as in NumPy */
         to_eta = 1 / (FOUR_ROOTS * area);
         eta = squares * to_eta;
         bounded = eta > worst ? worst : eta;
-        steep = 4 * (bounded * bounded * bounded);
+        cube = bounded * bounded * bounded;
+        steep = 4 * (cube * cube * bounded);
         by_squares = 2 * steep * to_eta;
         by_area = steep * eta / (2 * area);
         pull[k] = by_squares * (-ux - wx) - by_area * -zy;
