@@ -10,6 +10,7 @@ from bubblemesh.kernels.library import library
 from bubblemesh.kernels.tensors import mean_lengths
 
 FOUR_ROOTS = 6.9282032302755088  # 4 sqrt(3)
+BEND = 1.2  # of eta^4, from which on its sum lessens, and below which that of its square
 TRUST = 0.2  # from its place to a centroid: farther away its metric is not known
 DELTA = 0.01  # steps of differences
 MOST_SMOOTHED, TRIES = 0.3, 4  # length of a step, and how often it is halved
@@ -43,10 +44,10 @@ class Metrics(NamedTuple):
 class Newton(NamedTuple):
     """How nodes go, one group after the other, down a sum over triangles.
 
-    It is that of eta^4, for the shape measure eta in the metric at the centroid, and of weight * (l^2 + 1 / l^2 - 2)
-    for each side, for the mean l of its lengths in the metrics of both ends. Each node goes by Newton's method along
-    its two axes, steps of length 1 as rows (ux, uy, vx, vy), as far as what is around it gets better: no triangle is
-    inverted. With a second axis of 0 it goes along the first one only.
+    It is that of Huber's function of eta^4, for the shape measure eta in the metric at the centroid, and of
+    weight * (l^2 + 1 / l^2 - 2) for each side, for the mean l of its lengths in the metrics of both ends. Each node
+    goes by Newton's method along its two axes, steps of length 1 as rows (ux, uy, vx, vy), as far as what is around
+    it gets better: no triangle is inverted. With a second axis of 0 it goes along the first one only.
     """
 
     triangles: Integers  # (t, 3)
@@ -64,7 +65,7 @@ class Newton(NamedTuple):
         places, order = np.array(x, order="C"), np.concatenate([np.zeros(0, np.int64), *self.groups])
         rows = len(x), len(self.triangles), np.ascontiguousarray(self.triangles), places
         known = (np.ascontiguousarray(part) for part in (*self.inside, *self.own, self.axes))
-        bounds = TRUST, DELTA, MOST_SMOOTHED, TRIES
+        bounds = BEND, TRUST, DELTA, MOST_SMOOTHED, TRIES
         compiled.call("metric_smooth", *rows, *known, len(order), order, sweeps, float(self.weight), *bounds)
         return places
 
@@ -124,7 +125,9 @@ def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weig
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (FOUR_ROOTS * area)
         ab, bo, oa = _squared_sides(x, triangles, own)
-        cost = eta * eta * (eta * eta) + weight * ((ab + 1 / ab) + (bo + 1 / bo) + (oa + 1 / oa) - 6)
+        power = eta * eta * (eta * eta)
+        shape = np.where(power > BEND, BEND * (power - BEND / 2), power * power / 2)
+        cost = shape + weight * ((ab + 1 / ab) + (bo + 1 / bo) + (oa + 1 / oa) - 6)
     return np.where(known, cost, np.inf)
 
 

@@ -85,7 +85,7 @@ def eta_in_numpy(x: Floats, triangles: Integers) -> Floats:
 
 
 def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
-    """Gradient (n, 2) of the sum of eta^8 / 2 over triangles with the nodes ``corners`` (3, t), at positions x (n, 2)."""
+    """Gradient (n, 2) of the sum of eta^8 / 2 over triangles, whose corners (3, t) are at positions x (n, 2)."""
     px, py = (column.take(corners) for column in np.ascontiguousarray(x.T))
     ux, uy = px[1] - px[0], py[1] - py[0]
     wx, wy = px[2] - px[0], py[2] - py[0]

@@ -41,8 +41,8 @@ class NoSmoothing:
 class Smoothing:
     """Gradient descent, with momentum, on the shapes of the triangles and the lengths of the edges.
 
-    It lessens the sum over triangles of eta^4 + spacing_weight * the sum over edges of (l/d - 1)^2. The shape measure
-    eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle; its fourth power makes
+    It lessens the sum over triangles of eta^8 / 2 + spacing_weight * the sum over edges of (l/d - 1)^2. The shape
+    measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle; its eighth power makes
     the worst triangles count most. Bubbles on the boundary slide along it, corners stay.
 
     References

@@ -6,8 +6,9 @@ from twins import needs_compiler
 
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
 from bubblemesh.kernels.ellipse_motion import KEEP, moved, moved_in_numpy, relaxed, relaxed_in_numpy
-from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, costs_in
+from bubblemesh.kernels.ellipse_smoothing import BEND, Metrics, Newton, costs_in
 from bubblemesh.kernels.library import library
+from bubblemesh.kernels.shapes import eta
 from bubblemesh.kernels.tensors import mapped, roots
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.tensors import of_axes
@@ -157,7 +158,7 @@ def test_each_sweep_of_the_smoothing_lessens_the_sum_and_inverts_no_triangle(see
     np.testing.assert_allclose(went[:, 0] * ways[:, 1], went[:, 1] * ways[:, 0], atol=1e-15)
 
 
-def test_a_triangle_that_the_metric_makes_equilateral_with_sides_of_1_costs_1():
+def test_a_triangle_that_the_metric_makes_equilateral_with_sides_of_1_costs_half():
     m = of_axes(np.array([0.1]), np.array([0.4]), np.array([[0.6, 0.8]]))
     corners = np.linalg.solve(
         [[roots(m)[0, 0], roots(m)[0, 1]], [0, roots(m)[0, 2]]], np.array([[0, 1, 0.5], [0, 0, np.sqrt(0.75)]])
@@ -165,10 +166,10 @@ def test_a_triangle_that_the_metric_makes_equilateral_with_sides_of_1_costs_1():
     inside = Metrics(corners.mean(axis=0)[None], roots(m), np.zeros((1, 6)))
     own = Metrics(corners, roots(m).repeat(3, axis=0), np.zeros((3, 6)))
     triangle = np.array([[0, 1, 2]])
-    assert costs_in(corners, triangle, inside, own, 3.0)[0] == pytest.approx(1)
+    assert costs_in(corners, triangle, inside, own, 3.0)[0] == pytest.approx(0.5)
     larger = inside._replace(places=1.1 * inside.places)
-    assert costs_in(corners * 1.1, triangle, larger, own, 0.0)[0] == pytest.approx(1)
-    assert costs_in(corners * 1.1, triangle, larger, own, 3.0)[0] > 1.1
+    assert costs_in(corners * 1.1, triangle, larger, own, 0.0)[0] == pytest.approx(0.5)
+    assert costs_in(corners * 1.1, triangle, larger, own, 3.0)[0] > 0.6
     assert costs_in(corners, triangle[:, ::-1], inside, own, 3.0)[0] == np.inf
     far = inside._replace(places=inside.places + 0.2)
     assert costs_in(corners, triangle, far, own, 3.0)[0] == np.inf
@@ -179,7 +180,17 @@ def test_sides_are_measured_by_the_metrics_of_both_ends():
     corners, triangle = np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]]), np.array([[0, 1, 2]])
     inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
     own = Metrics(corners, np.repeat([[2.0, 0, 2.0]], 3, axis=0), np.zeros((3, 6)))
-    assert costs_in(corners, triangle, inside, own, 1.0)[0] == pytest.approx(1 + 3 * (4 + 0.25 - 2))
+    assert costs_in(corners, triangle, inside, own, 1.0)[0] == pytest.approx(0.5 + 3 * (4 + 0.25 - 2))
+
+
+@pytest.mark.parametrize("height", [0.866, 0.9, 1.0, 1.5, 4.0])
+def test_shapes_cost_by_their_eighth_power_and_bad_ones_by_their_fourth(height):
+    corners, triangle = np.array([[0, 0], [1, 0], [0.5, height]]), np.array([[0, 1, 2]])
+    inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
+    own = Metrics(corners, np.repeat([[1.0, 0, 1.0]], 3, axis=0), np.zeros((3, 6)))
+    power = eta(corners, triangle)[0] ** 4
+    wanted = power**2 / 2 if power <= BEND else BEND**2 / 2 + BEND * (power - BEND)
+    assert costs_in(corners, triangle, inside, own, 0.0)[0] == pytest.approx(wanted)
 
 
 @needs_compiler

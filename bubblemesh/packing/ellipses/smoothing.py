@@ -22,6 +22,7 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_PASSES = 10  # of flips
 GAIN = 1e-6  # relative, of a shape measure, for which an edge is flipped
+PERFECT = 0.5  # cost of a perfect triangle
 STEP = 0.1  # length of the differences by which it is known how the metric changes
 
 
@@ -103,7 +104,7 @@ def costs(x: Floats, triangles: Integers, spacing: MetricSpacing, smoothing: Smo
     """Costs (t,) of the triangles (t, 3) of nodes x (n, 2) beyond perfect ones, in the sum that smoothing lessens."""
     asked = spacing.unstraightened
     inside, own = _split(steady_metrics(_centroids_and(x, triangles), asked), len(triangles))
-    return costs_in(x, triangles, inside, own, side_weight(smoothing)) - 1
+    return costs_in(x, triangles, inside, own, side_weight(smoothing)) - PERFECT
 
 
 def steady_metrics(places: Floats, spacing: MetricSpacing) -> Metrics:
