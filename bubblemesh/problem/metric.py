@@ -46,6 +46,7 @@ SAME_AS_M12 = {3: 1, 4: 2, 9: 3}  # column of m21, by the same
 UNEQUAL = 1e-6  # relative difference of the two that is more than rounding of short numbers
 ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
 LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
+GRADINGS, SAME = 5, 1.2  # one after the other, at most, and times that sizes may differ in the end
 INFINITE = 1e100  # size that asks for nothing
 
 
@@ -232,7 +233,7 @@ class Entries:
 
 @record
 class AlongWalls:
-    """Ellipses that lie along the nearest of some walls, whose size across grows away from there."""
+    """Ellipses that lie along the nearest of some walls, whose size across grows away from there; circles at points."""
 
     domain: Domain
     labels: tuple[str, ...]
@@ -247,15 +248,17 @@ class AlongWalls:
         ax, ay = x - foot[:, 0], y - foot[:, 1]
         distance = np.hypot(ax, ay)
         at_wall = distance <= CLOSE * self.domain.size
+        of_point = ~tangent.any(axis=1)  # which has no direction: around it they are circles
         # Around corners and ends they turn; what is all but on a wall has too short a way to it to tell the direction.
         around = np.column_stack([-ay, ax]) / np.where(at_wall, 1.0, distance)[:, None]
         # Outside, where straight edges are looked at that end there, a wall goes on as it was.
         near = np.full(len(x), CLOSE * self.domain.size)
         straight_on = at_wall | self.domain.surely_outside(points, near)
         direction = np.where(straight_on[:, None], tangent, around)
+        direction[of_point] = 1.0, 0.0
         along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
         across = np.where(along > 0, np.minimum(self.across + self.growth * distance, along), np.nan)
-        return Axes(across, along, direction)
+        return Axes(across, np.where(of_point, across, along), direction)
 
 
 @record
@@ -369,7 +372,8 @@ class Together:
 def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequest], max_nodes: int) -> MetricSpacing:
     """The spacing in metrics that grow between nodes no faster than their gradation, if they have one.
 
-    The nodes are those of a mesh in the metric itself, as dense as that varies.
+    The nodes are those of a mesh in the metric, as dense as that varies. Where it jumps these are too few: then come
+    those of a mesh in what was graded by them, until that changes no more.
     """
     growth = min((metric.gradation for metric in metrics), default=np.inf)
     if growth == np.inf:
@@ -380,11 +384,16 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
     from bubblemesh.packing.rounds import rounds
 
     method = replace(METHODS[IN_METRIC], annealing=NoAnnealing())
-    levels, start = method.started(domain, spacing, 0, max_nodes)
-    (last,) = deque(rounds(start, domain, levels, method), maxlen=1)
-    x, triangles = last.net.bubbles.x, last.net.triangles
-    field = TensorField.of(x, triangles, graded(x, triangles, spacing.at(x), growth))
-    return MetricSpacing.of(field, spacing.aspect)
+    result = spacing
+    for _ in range(GRADINGS):
+        levels, start = method.started(domain, result, 0, max_nodes)
+        (last,) = deque(rounds(start, domain, levels, method), maxlen=1)
+        x, triangles = last.net.bubbles.x, last.net.triangles
+        before, tensors = result(x), graded(x, triangles, spacing.at(x), growth)
+        result = MetricSpacing.of(TensorField.of(x, triangles, tensors), spacing.aspect)
+        if (before <= SAME * area_sizes(tensors)).all():
+            break
+    return result
 
 
 def _aspect(spacing: MetricSpacing, points: Floats) -> float:

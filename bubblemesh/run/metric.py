@@ -15,7 +15,8 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 if TYPE_CHECKING:
     from bubblemesh.problem.problem import Problem
 
-JUMP = 3.0  # ratio of the sizes of ellipses at both ends of an edge, from which it is told
+JUMP, TURN = 3.0, 60.0  # ratio of the sizes of ellipses at both ends of an edge, and degrees between, that are told
+ROUND = 2.0  # aspect up to which an ellipse may turn as it likes
 SHORTER = 0.95  # share of its length below which an ellipse is told to be shorter
 
 
@@ -37,8 +38,10 @@ class MetricRow:
 
     aspect: float  # of the longest ellipse at a node
     edges_within: float  # share of the edges whose length in the metric is from 0.71 to 1.41
-    steepest: float  # ratio of the sizes of ellipses at both ends of an edge, the largest one
+    steepest: float  # ratio of the sizes, across or along, of ellipses at both ends of an edge, the largest one
     steepest_at: tuple[float, float]
+    turn: float  # degrees between the long axes of ellipses at both ends of an edge, the most
+    turn_at: tuple[float, float]
     shortened: ShortenedRow | None
 
 
@@ -51,11 +54,19 @@ def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
     ellipses = asked.axes(points)
     lengths = edge_ratios(points, edges, asked.between(points, edges))
     within = float(((lengths >= SHORTEST) & (lengths <= LONGEST)).mean())
-    first, last = np.sqrt(ellipses.across * ellipses.along)[edges].T
-    ratio = np.maximum(first / last, last / first)
-    x, y = points[edges[ratio.argmax()]].mean(axis=0).tolist()
-    steepest = float(ratio.max()), (x, y)
-    return MetricRow(float(ellipses.aspects.max()), within, *steepest, _shortened(measures, ellipses.along, packed))
+    ratio = np.exp(np.max([np.abs(np.diff(np.log(d)[edges]))[:, 0] for d in ellipses[:2]], axis=0))
+    cosine = np.abs(np.prod(ellipses.direction[edges], axis=1).sum(axis=1))
+    turn = np.degrees(np.arccos(np.minimum(cosine, 1.0)))
+    turn[(ellipses.aspects < ROUND)[edges].any(axis=1)] = 0.0
+    most = [(float(by.max()), _middle(points[edges[by.argmax()]])) for by in (ratio, turn)]
+    (steepest, at), (turned, there) = most
+    shorter = _shortened(measures, ellipses.along, packed)
+    return MetricRow(float(ellipses.aspects.max()), within, steepest, at, turned, there, shorter)
+
+
+def _middle(ends: Floats) -> tuple[float, float]:
+    x, y = ends.mean(axis=0).tolist()
+    return x, y
 
 
 def _shortened(measures: Measures, along: Floats, packed: MetricSpacing) -> ShortenedRow | None:
@@ -74,10 +85,18 @@ def unsteady_ellipses(metric: MetricRow | None) -> list[str]:
     if metric is None:
         return []
     jumps = [
-        f"the metric jumps: at {place(metric.steepest_at)} ellipses at the ends of an edge differ by a factor of "
-        f"{metric.steepest:.3g}, so that triangles are bad there: gradation: 0.3 in the metric makes it grow gently"
+        f"{what} at {place(at)}"
+        for jumps, what, at in (
+            (metric.steepest > JUMP, f"by a factor of {metric.steepest:.3g}", metric.steepest_at),
+            (metric.turn > TURN, f"by {metric.turn:.0f} degrees", metric.turn_at),
+        )
+        if jumps
     ]
-    return [*_shorter(metric.shortened), *(jumps if metric.steepest > JUMP else [])]
+    told = [
+        f"the metric jumps: ellipses at the ends of an edge differ {' and '.join(jumps)}, so that triangles are bad "
+        "there: gradation: 0.3 in the metric makes it grow gently"
+    ]
+    return [*_shorter(metric.shortened), *(told if jumps else [])]
 
 
 def _shorter(row: ShortenedRow | None) -> list[str]:

@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 from invariants import check_edges, check_mesh
 from metrics import FRONT, metric_case
 
+from bubblemesh.case.models import Case
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import inverted
 from bubblemesh.packing.configure import OptionError
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.estimate import estimate
-from bubblemesh.run.pipeline import mesh_case
+from bubblemesh.run.pipeline import mesh_case, mesh_problem
 from bubblemesh.spacing.survey import ideal_nodes
 
 LONG = {"angle": 0.5, "across": 0.02}
@@ -147,6 +150,53 @@ def test_a_metric_that_jumps_is_told_and_graded_if_the_case_says_so():
     assert graded.quality["mean"] > plain.quality["mean"] + 0.02
     assert graded.quality["p01"] > 0.7
     assert graded.nodes == pytest.approx(graded.ideal_nodes, rel=0.04)
+
+
+def growths(problem, mesh):
+    """Growth of ellipses, in the direction where they grow most, over a length of 1 in the metric, by all edges."""
+    tensors = [np.array([[a, b], [b, c]]) for a, b, c in problem.spacing.at(mesh.points)]
+    edges, _ = unique_edges(mesh.triangles)
+    found = []
+    for i, j in np.concatenate([edges, edges[:, ::-1]]):
+        way = mesh.points[j] - mesh.points[i]
+        least = scipy.linalg.eigh(tensors[j], tensors[i], eigvals_only=True)[0]
+        found.append((least**-0.5 - 1) / np.sqrt(way @ tensors[i] @ way))
+    return np.array(found)
+
+
+def test_a_metric_that_jumps_in_direction_is_told_and_graded_if_the_case_says_so():
+    turned = {"angle": "pi/2 if x > 0.5 else 0", "across": 0.02}
+    plain = meshed(turned, spacing=0.1).report
+    assert any("differ by 90 degrees at (" in text and "gradation: 0.3" in text for text in plain.warnings)
+    problem = prepare(metric_case({**turned, "gradation": 0.3}, spacing=0.1))
+    result = mesh_problem(problem)
+    assert not any("jumps" in text for text in result.report.warnings)
+    assert result.report.quality["min"] > 0.75 > plain.quality["min"]
+    found = growths(problem, result.mesh)
+    assert found.max() < 0.5
+    assert np.quantile(found, 0.99) < 0.36
+
+
+def test_ellipses_are_circles_around_points_that_share_a_label_with_walls():
+    case = {
+        "domain": {
+            "outer": {"rectangle": [0, 0, 1, 1]},
+            "points": [{"at": [0.4, 0.7], "label": "w"}],
+            "lines": [{"path": [[0.2, 0.2], [0.8, 0.3]], "label": "w"}],
+        },
+        "spacing": 0.1,
+        "metric": {"like": "boundary", "label": "w", "across": 0.02, "growth": 0.2},
+    }
+    problem = prepare(Case.model_validate(case))
+    around = problem.spacing.axes(np.array([[0.4, 0.7], [0.4, 0.8], [0.5, 0.25]]))
+    np.testing.assert_allclose(around.across, [0.02, 0.04, 0.02], rtol=1e-9)
+    np.testing.assert_allclose(around.along, [0.02, 0.04, 0.1], rtol=1e-9)
+    result = mesh_problem(problem)
+    check_edges(result.mesh)
+    assert len(inverted(result.mesh.points, result.mesh.triangles)) == 0
+    assert result.report.nodes == pytest.approx(result.report.ideal_nodes, rel=0.05)
+    at = np.hypot(*(result.mesh.points - [0.4, 0.7]).T).argmin()
+    np.testing.assert_array_equal(result.mesh.points[at], [0.4, 0.7])
 
 
 @pytest.mark.parametrize(
