@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.adaptivity.estimate import Estimate, estimated, split_nodes, true_error
-from bubblemesh.adaptivity.metric import best_metric, scaled_for
+from bubblemesh.adaptivity.metric import best_metric, finer_of_both_sides, scaled_for
 from bubblemesh.adaptivity.sizes import (
     equivalent_sizes,
     predicted_error,
@@ -27,7 +27,7 @@ from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
-from bubblemesh.problem.prepare import prepare_in, task_of
+from bubblemesh.problem.prepare import near_target, prepare_in, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
 from bubblemesh.process.limits import timed
@@ -180,11 +180,15 @@ def _next_in_metric(
     case = case.model_copy(update={"method": IN_METRIC})
     task, rules = task_of(case, domain), replace(rules_of(terms), growth=None)
     coarse, wanted = Spacing(partial(_everywhere, sizes[1])), nodes
+    growth = terms.growth or GROWTH_IN_METRIC
     for _ in range(ATTEMPTS):
         tensors = scaled_for(*mesh, best, wanted, sizes, MOST_ASPECT)
-        field = TensorField.of(*mesh, graded(*mesh, tensors, terms.growth or GROWTH_IN_METRIC))
-        metrics = (MetricRequest(field, MOST_ASPECT, Key(["nodes"])),)
-        problem = prepare_in(domain, SpacingRequest(lambda scale: coarse, rules, None, told, metrics), task, seconds)
+        tensors = graded(*mesh, tensors, growth)
+        if len(domain.periodic):
+            tensors = graded(*mesh, finer_of_both_sides(domain, *mesh, tensors), growth)
+        metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, Key(["nodes"])),)
+        request = SpacingRequest(lambda scale: coarse, rules, None, told, metrics)
+        problem = prepare_in(domain, request, task, seconds)
         if abs(problem.expected_nodes / nodes - 1) < CLOSE:
             break
         wanted *= nodes / problem.expected_nodes
@@ -192,6 +196,8 @@ def _next_in_metric(
     if abs(problem.expected_nodes / nodes - 1) > MISSED and not enough:
         with at_key("nodes"):
             raise out_of_reach(nodes, problem.expected_nodes)
+    if target.error is None:  # what is made is counted too
+        problem = near_target(problem, request, round(nodes), Key(["nodes"]))
     return problem, {"unchanged": 0.0, "start": "method", "anisotropic": True}
 
 

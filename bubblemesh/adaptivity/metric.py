@@ -4,8 +4,12 @@ import numpy as np
 
 from bubblemesh.adaptivity.estimate import gradients, recovered_gradients
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.periodic import counterparts
+from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, symmetric
+from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, intersections, symmetric
+from bubblemesh.spacing.metric.field import TensorField
 
 FLATTEST = 1e-6  # least second derivative in terms of the largest one in the domain
 NOISE = 1e-14  # the same in terms of the largest value over the square of a triangle's size: less is rounding
@@ -83,6 +87,17 @@ def scaled_for(
         else:
             low = middle
     return _limited(np.exp(low) * start * tensors, sizes, aspect)
+
+
+def finer_of_both_sides(domain: Domain, points: Floats, triangles: Integers, tensors: Floats) -> Floats:
+    """Tensors (n, 3) at points (n, 2) of a mesh, on periodic sides the intersections with those of the other side."""
+    rim = rim_nodes(triangles)
+    nearest = domain.nearest(points[rim])
+    mine, other, s = counterparts(domain.boundary, domain.periodic, nearest.piece, nearest.s)
+    opposite = TensorField.of(points, triangles, tensors)(*domain.boundary.points(other, s).T)
+    result = tensors.copy()
+    result[rim[mine]] = intersections(tensors[rim[mine]], opposite.tensors)
+    return result
 
 
 def _limited(tensors: Floats, sizes: tuple[float, float], aspect: float) -> Floats:

@@ -86,8 +86,11 @@ class ScaleSearch:
 
         with timed(time, "spacing"):
             scale = scaled_to(expected, self.scales, count, start, self.key if start is None else None)
-        target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self)
-        return replace(problems[scale], task=self.task, seconds=time, node_target=target)
+        return self.of(replace(problems[scale], task=self.task, seconds=time), scale)
+
+    def of(self, problem: Problem, scale: float) -> Problem:
+        """The problem at a scale, which is made anew at others where its mesh misses the target."""
+        return replace(problem, node_target=NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self))
 
 
 @record

@@ -74,12 +74,21 @@ def _fitted(
     domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: dict[str, float], key: Key
 ) -> Problem:
     """The problem at the scale at which so many nodes are expected."""
+    return fit_node_target(_search(domain, request, nodes, task, seconds, key))
 
+
+def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key) -> Problem:
+    """A problem of a spacing request in which about so many nodes are expected, with their number as its target."""
+    return _search(problem.domain, request, nodes, problem.task, problem.seconds, key).of(problem, 1.0)
+
+
+def _search(
+    domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: dict[str, float], key: Key
+) -> ScaleSearch:
     def check(limited: Task, scale: float) -> Problem:
         return check_spacing(domain, request, limited, seconds, scale)
 
-    scales = Scales.of(domain, partial(_before_rules, request))
-    return fit_node_target(ScaleSearch(nodes, scales, check, task, seconds, key))
+    return ScaleSearch(nodes, Scales.of(domain, partial(_before_rules, request)), check, task, seconds, key)
 
 
 def _before_rules(request: SpacingRequest, scale: float) -> Spacing:

@@ -15,7 +15,8 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 if TYPE_CHECKING:
     from bubblemesh.problem.problem import Problem
 
-JUMP, TURN = 3.0, 60.0  # ratio of the sizes of ellipses at both ends of an edge, and degrees between, that are told
+JUMP = 4.0  # ratio of the sizes across of ellipses at both ends of an edge, from which it is told
+TURN = 60.0  # degrees between their long axes, from which it is told
 ROUND = 2.0  # aspect up to which an ellipse may turn as it likes
 SHORTER = 0.95  # share of its length below which an ellipse is told to be shorter
 
@@ -38,7 +39,7 @@ class MetricRow:
 
     aspect: float  # of the longest ellipse at a node
     edges_within: float  # share of the edges whose length in the metric is from 0.71 to 1.41
-    steepest: float  # ratio of the sizes, across or along, of ellipses at both ends of an edge, the largest one
+    steepest: float  # ratio of the sizes across of ellipses at both ends of an edge, the largest one
     steepest_at: tuple[float, float]
     turn: float  # degrees between the long axes of ellipses at both ends of an edge, the most
     turn_at: tuple[float, float]
@@ -54,7 +55,7 @@ def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
     ellipses = asked.axes(points)
     lengths = edge_ratios(points, edges, asked.between(points, edges))
     within = float(((lengths >= SHORTEST) & (lengths <= LONGEST)).mean())
-    ratio = np.exp(np.max([np.abs(np.diff(np.log(d)[edges]))[:, 0] for d in ellipses[:2]], axis=0))
+    ratio = np.exp(np.abs(np.diff(np.log(ellipses.across)[edges]))[:, 0])
     cosine = np.abs(np.prod(ellipses.direction[edges], axis=1).sum(axis=1))
     turn = np.degrees(np.arccos(np.minimum(cosine, 1.0)))
     turn[(ellipses.aspects < ROUND)[edges].any(axis=1)] = 0.0

@@ -3,15 +3,16 @@
 import meshio
 import numpy as np
 import pytest
-from invariants import check_mesh
+from invariants import check_edges, check_mesh
 from typer.testing import CliRunner
 
 import bubblemesh
-from bubblemesh.adaptivity.metric import area_in, best_metric, hessians, scaled_for
+from bubblemesh.adaptivity.metric import area_in, best_metric, finer_of_both_sides, hessians, scaled_for
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.tensors import axes
+from bubblemesh.problem.domain import case_domain
 
 CASE = "name: a\ndomain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.06\n"
 
@@ -148,6 +149,39 @@ def test_the_loop_lowers_the_interpolation_error_more_than_without_direction(mes
         there = np.einsum("qk,tk->qt", shares, layer(corners[..., 0], corners[..., 1]))
         error[anisotropic] = np.sqrt(((there - layer(places[..., 0], places[..., 1])) ** 2).mean(axis=0) @ areas)
     assert error[True] < 0.5 * error[False]
+
+
+SQUARE = "name: a\ndomain: {{outer: {{rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}}{more}}}\nspacing: 0.06\n"
+PERIODIC = SQUARE.format(more=", periodic: [[l, r], [b, t]]")
+LAYERS = SQUARE.format(more="") + "layers: [{on: b, first: 0.001, until: isotropic}]\n"
+
+
+@pytest.mark.parametrize("text", [PERIODIC, LAYERS], ids=["periodic sides", "layers"])
+def test_a_wanted_number_of_nodes_is_met_by_what_is_made(mesh, text):
+    solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
+    result = bubblemesh.adapt(bubblemesh.load_case("-", text=text), solution, anisotropic=True, nodes=700)
+    check_edges(result.mesh)
+    assert result.report.nodes == pytest.approx(700, rel=0.02)
+
+
+def test_the_metric_of_a_solution_is_the_finer_one_of_both_periodic_sides(mesh):
+    case = bubblemesh.load_case("-", text=PERIODIC)
+    x, y = mesh.points.T
+    solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, np.tanh(10 * np.sin(2 * np.pi * (x + y))))
+    once = bubblemesh.adapt(case, solution, anisotropic=True, nodes=800)
+    assert not any("periodic sides" in text for text in once.report["warnings"])
+    assert once.report["metric"]["edges_within"] > 0.93
+    tensors = np.tile([1.0, 0.0, 1.0], (len(x), 1))
+    tensors[x == 0] = 100.0, 0.0, 4.0
+    tensors[x == 1] = 9.0, 0.0, 25.0
+    found = finer_of_both_sides(case_domain(case), mesh.points, mesh.triangles, tensors)
+    inner = (y > 0.2) & (y < 0.8)
+    for side in (0, 1):
+        np.testing.assert_allclose(
+            found[inner & (x == side)], [[100.0, 0.0, 25.0]] * (inner & (x == side)).sum(), atol=1e-9
+        )
+    inside = (x > 0) & (x < 1) & (y > 0) & (y < 1)
+    np.testing.assert_array_equal(found[inside], tensors[inside])
 
 
 def test_a_case_with_a_metric_of_its_own_is_refused(mesh):
