@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, ShortIntegers, each_once
+from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers, each_once
 from bubblemesh.kernels.library import library
 
 UNCHANGED = 2  # outcome of the kernel
+TURN_ERROR, CIRCLE_ERROR = 3.3306690738754716e-16, 1.1102230246251577e-15  # of determinants: Shewchuk's bounds A
+MOST_PASSES = 100  # of flips: each is of many
 
 
 class Legal(NamedTuple):
@@ -48,8 +50,9 @@ def legalised(
 
     The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Each is a side of a triangle,
     and the rim is of facets only, unless it ``is_open``. Where nodes would invert triangles they go to x step by step
-    from ``start`` (n, 2), with flips on the way. Triangles and edges come as from `in_order`; None where rounding would
-    decide, a triangle stays inverted, facets are not as they should be, or no kernels are compiled: triangulate anew.
+    from ``start`` (n, 2), with flips on the way. Where four nodes lie on a circle, as far as rounding tells, the edge
+    between them is the one that has the lowest. Triangles and edges come as from `in_order`; None where a triangle
+    might be flat or stays inverted, facets are not as they should be, or no kernels are compiled: triangulate anew.
     What was ``known`` of these triangles and facets spares work, and comes back where there is no flip.
 
     References
@@ -68,6 +71,81 @@ def legalised(
     if outcome[0] == UNCHANGED:
         return known
     return None if outcome[0] else Legal(result, shortened(edges, count), twins)
+
+
+def without_ties(triangles: Integers, x: Floats, facets: Integers) -> tuple[Integers, Integers]:
+    """Triangles (t, 3) and edges (m, 2), as of `in_order`, of a constrained Delaunay triangulation of nodes x (n, 2).
+
+    Where four nodes lie on a circle, as far as rounding tells, it has either edge between them: it gets the one with
+    the lowest node, as `legalised` has it. The facets (b, 2) stay. Where a triangle might be flat it stays as it is.
+    """
+    if library() is None:
+        return in_order_in_numpy(without_ties_in_numpy(triangles, x, facets), len(x))
+    found = legalised(triangles, x, x, facets)
+    return in_order(triangles, len(x)) if found is None else (found.triangles, found.edges)
+
+
+def without_ties_in_numpy(triangles: Integers, x: Floats, facets: Integers) -> Integers:
+    """Triangles (t, 3) as of `without_ties`, made in NumPy, in no order."""
+    result, n, t = triangles.copy(), len(x), len(triangles)
+    held = np.sort(_undirected(facets[:, 0], facets[:, 1], n))
+    if not _turn_left(x, *result.T).all():
+        return triangles
+    for _ in range(MOST_PASSES):
+        # 1. Edges that are no facets, whose flip is in the circle, or rounding decides and it has the lowest node.
+        keys = _sides(result, n)
+        order = np.argsort(keys, kind="stable")
+        keys = keys[order]
+        twice = keys[1:] == keys[:-1]
+        at = np.searchsorted(keys, held)
+        if (keys[np.minimum(at, len(keys) - 1)] != held).any():  # a facet that is divided by a node
+            return triangles
+        twice[at[at < len(twice)]] = False
+        twice = np.flatnonzero(twice)
+        side, across = order[twice], order[twice + 1]
+        (one, k), (two, k2) = (np.divmod(rows, 3) for rows in (side, across))
+        a, b, c = (result[one, (k + turn) % 3] for turn in range(3))
+        d = result[two, (k2 + 2) % 3]
+        inside = _in_circle(x, result[one, 0], result[one, 1], result[one, 2], d)
+        tied = (inside == 0) & (np.minimum(c, d) < np.minimum(a, b))
+        if (tied & ~(_turn_left(x, a, d, c) & _turn_left(x, d, b, c))).any():
+            return triangles
+        chosen = np.flatnonzero((inside > 0) | tied)
+        if len(chosen) == 0:
+            return result
+        # 2. Those are flipped that share no triangle with one before.
+        pairs, rank, first = np.column_stack([one, two])[chosen], np.arange(len(chosen)), np.full(t, len(chosen))
+        np.minimum.at(first, pairs, rank[:, None])
+        alone = (first[pairs] == rank[:, None]).all(axis=1)
+        (one, two), (a, b, c, d) = pairs[alone].T, (node[chosen[alone]] for node in (a, b, c, d))
+        result[one], result[two] = np.column_stack([a, d, c]), np.column_stack([d, b, c])
+    return triangles
+
+
+def _sides(triangles: Integers, n: int) -> Integers:
+    """Keys (3 t,) of the sides of triangles (t, 3), those of one after the other, in whichever way they turn."""
+    return _undirected(triangles, np.roll(triangles, -1, axis=1), n).ravel()
+
+
+def _undirected(a: Integers, b: Integers, n: int) -> Integers:
+    return np.minimum(a, b) * n + np.maximum(a, b)
+
+
+def _turn_left(x: Floats, a: Integers, b: Integers, c: Integers) -> Booleans:
+    """Whether nodes a, b and c (k,) turn to the left for sure."""
+    (ux, uy), (vx, vy) = (x[a] - x[c]).T, (x[b] - x[c]).T
+    left, right = ux * vy, uy * vx
+    return np.asarray(left - right - TURN_ERROR * (np.abs(left) + np.abs(right)) > 0)
+
+
+def _in_circle(x: Floats, a: Integers, b: Integers, c: Integers, d: Integers) -> Integers:
+    """1 where d is in the circle through a, b and c (k,) for sure, -1 where it is outside, 0 where rounding decides."""
+    (ax, ay), (bx, by), (cx, cy) = ((x[node] - x[d]).T for node in (a, b, c))
+    bc, cb, ca, ac, ab, ba = bx * cy, cx * by, cx * ay, ax * cy, ax * by, bx * ay
+    over_a, over_b, over_c = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy
+    value = over_a * (bc - cb) + over_b * (ca - ac) + over_c * (ab - ba)
+    most = (np.abs(bc) + np.abs(cb)) * over_a + (np.abs(ca) + np.abs(ac)) * over_b + (np.abs(ab) + np.abs(ba)) * over_c
+    return np.where(np.abs(value) > CIRCLE_ERROR * most, np.sign(value), 0).astype(np.int64)
 
 
 def room_of_edges(triangles: Integers) -> tuple[Integers, Integers]:

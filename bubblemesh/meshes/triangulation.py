@@ -8,7 +8,7 @@ import pythoncdt as cdt
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.errors import GeometryError
 from bubblemesh.kernels.enclosing import enclosed
-from bubblemesh.kernels.linking import in_order
+from bubblemesh.kernels.linking import without_ties
 from bubblemesh.meshes.edges import SideTable
 from bubblemesh.messages import place
 
@@ -23,11 +23,12 @@ def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = N
 
     The constraints (e, 2) form closed rings without crossings, and the region is what an odd number of rings encloses;
     those of the mask ``two_sided`` (e,) lie inside of it and bound nothing. Triangles are counter-clockwise, in the
-    order of `in_order`. GeometryError, with the coordinates, if points (n, 2) coincide or constraints cross.
+    order of `in_order`; which of them where nodes lie on a circle, tells `without_ties`. GeometryError, with the
+    coordinates, if points (n, 2) coincide or constraints cross.
     """
     if not np.isfinite(points).all():  # the library would run out of memory
         raise ValueError("points must be finite")
-    return in_order(_within(points, constraints, two_sided), len(points))
+    return without_ties(_within(points, constraints, two_sided), points, constraints)
 
 
 def _within(points: Floats, constraints: Integers, two_sided: Booleans | None) -> Integers:

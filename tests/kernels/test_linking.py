@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from twins import needs_compiler
 
-from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
-from bubblemesh.meshes.triangulation import linked
+from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised, without_ties, without_ties_in_numpy
+from bubblemesh.meshes.triangulation import _within, linked
 
 pytestmark = needs_compiler
 SQUARE = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
@@ -146,10 +146,77 @@ def test_flips_go_on_from_what_is_known_as_from_triangles_alone(seed):
     assert step > 1
 
 
-def test_four_nodes_on_a_circle_are_left_to_the_triangulation():
-    assert legalised(np.array([[0, 1, 2], [0, 2, 3]]), SQUARE, SQUARE, SIDES) is None
-    kite = np.array([[0.0, 0], [1, 0], [1.1, 1.1], [0, 1]])
-    assert legalised(np.array([[0, 1, 2], [0, 2, 3]]), SQUARE, kite, SIDES) is not None
+def test_of_four_nodes_on_a_circle_the_lowest_has_the_edge():
+    for triangles in ([[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]):
+        found = legalised(np.array(triangles), SQUARE, SQUARE, SIDES)
+        np.testing.assert_array_equal(found.triangles, [[0, 1, 2], [0, 2, 3]])
+        plain, _ = in_order_in_numpy(without_ties_in_numpy(np.array(triangles), SQUARE, SIDES), 4)
+        np.testing.assert_array_equal(plain, [[0, 1, 2], [0, 2, 3]])
+    kite = np.array([[0.0, 0], [1, 0], [0.9, 0.9], [0, 1]])  # whose other edge is the right one
+    found = legalised(np.array([[0, 1, 2], [0, 2, 3]]), SQUARE, kite, SIDES)
+    np.testing.assert_array_equal(found.triangles, [[0, 1, 3], [1, 2, 3]])
+
+
+def ring_of(nodes):
+    return np.column_stack([nodes, np.roll(nodes, -1)])
+
+
+def grid_of_cells(rows, columns, across, turned):
+    """Nodes of a grid and the ring around it: the four nodes of each cell lie on a circle."""
+    x = np.stack(np.meshgrid(np.arange(columns), across * np.arange(rows)), axis=-1).reshape(-1, 2)
+    number = np.arange(rows * columns).reshape(rows, columns)
+    ring = np.concatenate([number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]])
+    c, s = np.cos(turned), np.sin(turned)
+    return x @ np.array([[c, s], [-s, c]]), ring_of(ring)
+
+
+def nodes_on_a_circle(count, inside, seed):
+    angle = 2 * np.pi * np.arange(count) / count
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    more = np.random.default_rng(seed).uniform(-0.5, 0.5, (inside, 2))
+    return np.vstack([circle, more]), ring_of(np.arange(count))
+
+
+TIES = {
+    **{f"grid {r} x {c}": grid_of_cells(r, c, 1.0, 0.0) for r, c in ((2, 2), (2, 9), (5, 4), (8, 8))},
+    "flat cells": grid_of_cells(6, 5, 0.5, 0.0),
+    "turned": grid_of_cells(6, 7, 1.0, 0.3),
+    **{f"circle of {n}": nodes_on_a_circle(n, 0, 0) for n in (4, 6, 12, 24)},
+    "circle with nodes inside": nodes_on_a_circle(16, 2, 3),
+}
+
+
+@pytest.mark.parametrize("name", TIES)
+@pytest.mark.parametrize("seed", range(6))
+def test_both_engines_take_the_same_edges_between_nodes_on_circles(name, seed):
+    x, ring = TIES[name]
+    number = np.random.default_rng(seed).permutation(len(x))
+    mixed = np.empty_like(x)
+    mixed[number] = x
+    facets = number[ring]
+    triangles = _within(mixed, facets, None)
+    compiled = without_ties(triangles, mixed, facets)
+    plain = in_order_in_numpy(without_ties_in_numpy(triangles, mixed, facets), len(x))
+    for mine, other in zip(compiled, plain, strict=True):
+        np.testing.assert_array_equal(mine, other)
+    assert len(compiled[0]) == len(triangles)
+    if name.startswith("circle of"):  # a fan around the lowest one
+        assert (compiled[0][:, 0] == 0).all()
+
+
+def test_flips_go_on_where_nodes_that_stay_lie_on_a_circle():
+    """As the corners of a square region that is one spacing wide: no triangulation of all is needed in each cycle."""
+    square, (scattered_ones, (x0, y0)) = SQUARE * 0.05 + 0.5, (scattered(1), (0.5, 0.5))
+    far = np.hypot(*(scattered_ones - [x0 + 0.025, y0 + 0.025]).T) > 0.06
+    before = np.vstack([SQUARE, square, scattered_ones[4:][far[4:]]])
+    facets = np.vstack([SIDES, SIDES + 4])
+    two_sided = np.arange(8) >= 4
+    after = before.copy()
+    after[8:] += np.random.default_rng(2).uniform(-0.002, 0.002, (len(before) - 8, 2))
+    triangles, _ = linked(before, facets, two_sided)
+    found = legalised(triangles, before, after, facets)
+    for mine, anew in zip(found[:2], linked(after, facets, two_sided), strict=True):
+        np.testing.assert_array_equal(mine, anew)
 
 
 def test_nodes_that_invert_triangles_flip_edges_on_their_way():

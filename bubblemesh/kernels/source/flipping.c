@@ -267,8 +267,33 @@ static int crossed(const Mesh *mesh, const double *x, int32_t side)
     return in_circle(x + 2 * (int64_t)node[0], x + 2 * (int64_t)node[1], x + 2 * (int64_t)node[2], x + 2 * other);
 }
 
+static int64_t lower(int64_t a, int64_t b)
+{
+    return a < b ? a : b;
+}
+
+/* 1 if a, b and c turn to the left for sure. */
+static int turn_left(const double *x, int64_t a, int64_t b, int64_t c)
+{
+    double left = (x[2 * a] - x[2 * c]) * (x[2 * b + 1] - x[2 * c + 1]);
+    double right = (x[2 * a + 1] - x[2 * c + 1]) * (x[2 * b] - x[2 * c]);
+    return (left - right) - TURN_ERROR * (fabs(left) + fabs(right)) > 0;
+}
+
+/* Of the edge at a side whose four nodes lie on a circle, as far as rounding tells: 1 if it has not the lowest node, as
+   its flip has, 0 if it has, -1 if a triangle of the flip might be flat. */
+static int lacks_lowest(const Mesh *mesh, const double *x, int32_t side)
+{
+    const int32_t *nodes = mesh->nodes;
+    int64_t u = nodes[side], v = nodes[next_side(side)], w = nodes[side_before(side)];
+    int64_t other = nodes[side_before(mesh->twin[side])];
+    if (lower(u, v) < lower(w, other))
+        return 0;
+    return turn_left(x, u, other, w) && turn_left(x, other, v, w) ? 1 : -1;
+}
+
 /* Lawson's flips, until every edge between two triangles is locally Delaunay, but for facets. Where rounding
-   decides, that is the end if all must be sure, else the edge stays. */
+   decides, edges end with the lowest node around if all must be sure, else they stay. */
 static int64_t legalise(Mesh *mesh, const double *x, Queue *queue, int sure)
 {
     int64_t left = MOST_FLIPS * mesh->t;
@@ -282,7 +307,9 @@ static int64_t legalise(Mesh *mesh, const double *x, Queue *queue, int sure)
         if (mesh->twin[side] < 0) /* since another flip has turned its triangle */
             continue;
         inside = crossed(mesh, x, side);
-        if ((inside == 0 && sure) || (inside > 0 && left-- == 0))
+        if (inside == 0 && sure && (inside = lacks_lowest(mesh, x, side)) < 0)
+            return UNDECIDED;
+        if (inside > 0 && left-- == 0)
             return UNDECIDED;
         if (inside > 0)
             flip(mesh, queue, side);

@@ -23,8 +23,8 @@ KERNEL int64_t order_triangles(int64_t n, int64_t t, const int64_t *triangles, i
 /* Makes triangles (t, 3) Delaunay at x (n, 2) within facets (m, 2), by flips as the nodes come there from start (n, 2),
    and puts them in order, with their edges in edges (3 t, 2), the number of these in count (1,), and their twins (t, 3),
    -1 on the rim and on facets. If their edges (known_m, 2) and twins are known already, they are in order: nothing is
-   put where there is no flip, and outcome (1,) is 2. Where rounding decides, triangles are inverted or unknown ones do
-   not end at facets, though they are not ``open``, nothing is sure: then it is 1, else 0. */
+   put where there is no flip, and outcome (1,) is 2. Where triangles might be flat, are inverted or unknown ones do not
+   end at facets, though they are not ``open``, nothing is sure: then it is 1, else 0. */
 KERNEL int64_t legalise_triangles(int64_t n, int64_t t, const int64_t *triangles, int64_t known_m,
                                   const int64_t *known_edges, const int32_t *known_twins, const double *start,
                                   const double *x, int64_t m, const int64_t *facets, int64_t open, int64_t *ordered,

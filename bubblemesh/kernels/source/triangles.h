@@ -31,7 +31,8 @@ SHARED int64_t take_with_twins(Mesh *mesh, const int64_t *triangles, const int32
 SHARED void give_back(Mesh *mesh);
 
 /* Makes triangles Delaunay by flips while the nodes go from start (n, 2) to x (n, 2), with a halt wherever a longer step
-   would invert a triangle. The outcome is UNDECIDED where rounding decides, or a triangle stays inverted, else DONE. */
+   would invert a triangle. Of nodes on a circle, as far as rounding tells, edges have the lowest one. The outcome is
+   UNDECIDED where triangles might be flat, or one stays inverted, else DONE. */
 SHARED int64_t flip_all(Mesh *mesh, const double *start, const double *x, int64_t *outcome);
 
 /* Lists the edges of all triangles in order in edges (3 t, 2), and their number in count (1,). */
