@@ -152,7 +152,7 @@ def test_of_four_nodes_on_a_circle_the_lowest_has_the_edge():
         np.testing.assert_array_equal(found.triangles, [[0, 1, 2], [0, 2, 3]])
         plain, _ = in_order_in_numpy(without_ties_in_numpy(np.array(triangles), SQUARE, SIDES), 4)
         np.testing.assert_array_equal(plain, [[0, 1, 2], [0, 2, 3]])
-    kite = np.array([[0.0, 0], [1, 0], [0.9, 0.9], [0, 1]])  # whose other edge is the right one
+    kite = np.array([[0.0, 0], [1, 0], [1.1, 1.1], [0, 1]])  # whose other edge is the right one
     found = legalised(np.array([[0, 1, 2], [0, 2, 3]]), SQUARE, kite, SIDES)
     np.testing.assert_array_equal(found.triangles, [[0, 1, 3], [1, 2, 3]])
 
