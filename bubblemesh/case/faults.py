@@ -62,8 +62,8 @@ def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Pa
     path, such as ``plate.yaml:12``; empty where there is none to tell. There is no line if all follows from problems
     with parameters that are known otherwise.
     """
-    errors = [one for one in error.errors(include_url=False) if one["type"] != FOLLOWS]
-    found = [_Problem.of(dict(one), model) for one in errors]
+    errors = [dict(one) for one in error.errors(include_url=False)]
+    found = [_Problem.of(one, model) for one in errors if not _follows(one)]
     strange = (
         [one for one in found if one.kind == "extra_forbidden"] if "missing" in {one.kind for one in found} else []
     )
@@ -78,6 +78,13 @@ def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Pa
         for one, more in told[:MAX_PROBLEMS]
     ]
     return [*lines, *([f"... and {len(told) - MAX_PROBLEMS} more"] if len(told) > MAX_PROBLEMS else [])]
+
+
+def _follows(error: Mapping[str, Any]) -> bool:
+    """Whether an error of Pydantic's follows from another one."""
+    if error["type"] == "too_short":  # Pydantic does not count entries with errors of their own
+        return len(error["input"]) >= int(error["ctx"]["min_length"])
+    return bool(error["type"] == FOLLOWS)
 
 
 @record

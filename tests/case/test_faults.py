@@ -78,6 +78,11 @@ def test_keys_of_a_mapping_that_was_forgotten_explain_that_it_is_missing():
     ]
 
 
+def test_a_list_whose_only_entry_has_a_fault_is_not_told_to_be_empty():
+    (line,) = faults(PLATE + "output: {formats: [stl]}\n")
+    assert line.startswith("9: output.formats.0: must be 'msh', 'vtu'")
+
+
 def test_alike_faults_in_one_list_are_one_line():
     (line,) = faults("domain: {outer: {polygon: [0, 0, 1, 0, 1, 1]}}\nspacing: 0.1\n")
     assert line == "1: domain.outer.polygon.0: must be a point [x, y] (found 0) (and 5 more like it)"
