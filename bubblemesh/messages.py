@@ -155,6 +155,12 @@ def shown(text: object, most: int = 60) -> str:
     return line if len(line) <= most else f"{line[: most - 3]}..."
 
 
+def cause(error: Exception, most: int = 60) -> str:
+    """What is wrong with a file by an error of another program, in one line; in plain words if it has no text."""
+    ends = isinstance(error, EOFError | StopIteration)
+    return shown(error, most) or ("it ends too early" if ends else "it is not as its format asks for")
+
+
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """Message on a name that nothing has, with the names that there are."""
     names = list(known)

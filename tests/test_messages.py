@@ -2,7 +2,7 @@
 
 import pytest
 
-from bubblemesh.messages import counted, duration, printable
+from bubblemesh.messages import cause, counted, duration, printable
 
 
 @pytest.mark.parametrize(
@@ -41,3 +41,16 @@ def test_counts_have_their_noun(number, text):
 )
 def test_what_steers_a_terminal_is_shown_as_an_escape(text, expected):
     assert printable(text) == expected
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (ValueError("line 3:\nno number"), "line 3: no number"),
+        (EOFError(), "it ends too early"),
+        (StopIteration(), "it ends too early"),
+        (AssertionError(), "it is not as its format asks for"),
+    ],
+)
+def test_an_error_without_a_text_is_told_in_words(error, text):
+    assert cause(error) == text

@@ -19,7 +19,7 @@ from bubblemesh.meshfiles.names import named
 from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.source import Block, Source
 from bubblemesh.meshfiles.sources.table import read_source, require_mesh
-from bubblemesh.messages import place, shown
+from bubblemesh.messages import cause, place
 from bubblemesh.records import record
 
 # Endings of files whose readers open no further one.
@@ -362,5 +362,4 @@ def _read(path: Path) -> Source:
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
     except Exception as error:  # readers of foreign formats fail in any way
-        found = shown(error, LONGEST_REASON) or type(error).__name__  # some have no text
-        raise FileError(f"{path}: is no mesh that can be read ({found})") from error
+        raise FileError(f"{path}: is no mesh that can be read ({cause(error, LONGEST_REASON)})") from error

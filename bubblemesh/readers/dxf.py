@@ -1,6 +1,7 @@
 """DXF drawings: the curves and fills of the model space, blocks resolved; layers become labels."""
 
 import logging
+import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -42,6 +43,7 @@ DEEPEST = 16  # blocks within blocks
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 9: "mil", 12: "nm", 13: "um"}  # $INSUNITS of the header
 DWG = b"AC10"  # how the binary form of AutoCAD's drawings begins
 END = b"EOF"  # of a file that is not cut off
+DAMAGES = ValueError, KeyError, TypeError, IndexError, AttributeError, StopIteration, struct.error  # of other errors
 PLACES = ("insert", "location", "start", "center", "defpoint")  # keys of an entity
 BODIES = ("REGION", "3DSOLID", "BODY", "SURFACE", "MESH", "3DFACE", "MLINE")
 
@@ -83,9 +85,9 @@ def _drawing(path: Path, content: bytes) -> tuple[Any, tuple[str, ...]]:
     """The drawing; one with faults is mended as the library can, with a note, unless it is cut off."""
     try:
         return readfile(path), ()
-    except (DXFError, ValueError, KeyError, TypeError, IndexError, AttributeError):
+    except (DXFError, *DAMAGES) as error:
         if not content.rstrip(b"\0\x1a \t\r\n").endswith(END):
-            raise
+            raise EOFError("it is cut off: EOF, the last word of a drawing, is missing") from error
     drawing, audit = recover.readfile(path)
     faults = len(audit.fixes) + len(audit.errors)
     return drawing, (f"its structure has faults, and is read as far as it can be ({counted(faults, 'fault')} found)",)

@@ -17,7 +17,7 @@ from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
-from bubblemesh.messages import place, shown
+from bubblemesh.messages import cause, place
 from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.slips import Slips, clean_loop, has_slips
 from bubblemesh.records import record
@@ -45,7 +45,7 @@ def foreign(problem: str, advice: str) -> Iterator[None]:
     except (BubblemeshError, MemoryError):
         raise
     except Exception as error:  # readers of foreign formats fail in any way
-        raise CaseError(f"{problem}: {shown(error) or type(error).__name__}: {advice}") from error
+        raise CaseError(f"{problem}: {cause(error)}: {advice}") from error
 
 
 @record

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.files import opened, read_bytes
-from bubblemesh.messages import meant, shown
+from bubblemesh.messages import cause, meant, shown
 from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.netcdf import Variable, netcdf
 from bubblemesh.readers.tables import read_columns
@@ -226,7 +226,7 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
     except (BubblemeshError, MemoryError):
         raise
     except Exception as error:  # damaged files fail in any way
-        raise FileError(f"is no GeoTIFF that can be read: {shown(error, 200)}") from error
+        raise FileError(f"is no GeoTIFF that can be read: {cause(error, 200)}") from error
     return Grid(path.stem if name is None else name, x, y, values, system, step)
 
 

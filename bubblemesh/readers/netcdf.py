@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.errors import BubblemeshError, FileError, LimitError
 from bubblemesh.files import opened
+from bubblemesh.messages import cause
 from bubblemesh.records import record
 
 CLASSIC, HDF = b"CDF", b"\x89HDF\r\n\x1a\n"
@@ -77,7 +78,7 @@ def netcdf(path: Path) -> Iterator[dict[str, Variable]]:
         except (BubblemeshError, MemoryError):
             raise
         except Exception as error:  # damaged files fail in any way
-            raise FileError(f"is a damaged NetCDF file ({str(error) or type(error).__name__})") from error
+            raise FileError(f"is a damaged NetCDF file ({cause(error, 200)})") from error
 
 
 @contextmanager

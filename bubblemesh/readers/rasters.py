@@ -16,7 +16,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, LimitError
 from bubblemesh.files import opened
-from bubblemesh.messages import shown
+from bubblemesh.messages import cause
 from bubblemesh.process.shared import warnings_are
 
 COORDINATES = ("x", "y")
@@ -129,7 +129,7 @@ def read_grey(path: Path) -> Floats:
     except BubblemeshError:
         raise
     except Exception as error:  # damaged files fail in any way
-        raise FileError(f"is no picture that can be read: {shown(error)}") from error
+        raise FileError(f"is no picture that can be read: {cause(error)}") from error
 
 
 def _require_few_pixels(picture: Any) -> None:

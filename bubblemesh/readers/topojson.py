@@ -28,9 +28,11 @@ def entries_of(topology: Mapping[str, Any]) -> list[Any]:
                 properties |= one.get("properties") or {}
                 geometry = _geometry(one, arcs, topology.get("transform"))
                 entries.append({"type": "Feature", "properties": properties, "geometry": geometry})
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, RecursionError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, RecursionError):
         advice = "write it anew, or as GeoJSON"
-        raise CaseError(f"not valid TopoJSON ({type(error).__name__} in its objects or arcs): {advice}") from None
+        raise CaseError(
+            f"not valid TopoJSON: something is missing or of a wrong kind in its objects or arcs: {advice}"
+        ) from None
     return entries
 
 

@@ -182,7 +182,7 @@ FAULTS = {
         "a.topojson",
         '{"type": "Topology", "arcs": [], "objects": {"a": {"type": "Polygon", "arcs": [[0]]}}}',
         CaseError,
-        r"not valid TopoJSON \(IndexError in its objects or arcs\): write it anew",
+        r"not valid TopoJSON: something is missing or of a wrong kind in its objects or arcs: write it anew",
     ),
     "text coordinate": (
         "a.geojson",
