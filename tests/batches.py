@@ -25,7 +25,7 @@ LONG = """\
 domain: {outer: {rectangle: [0, 0, 1, 1]}}
 spacing: 0.015
 method: accelerated
-schedule: {rounds: 1000000, tolerance: 0, iterations: 1000}
+schedule: {rounds: 10000, tolerance: 0, iterations: 1000}
 output: {formats: [msh]}
 """
 

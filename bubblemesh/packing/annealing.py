@@ -90,9 +90,12 @@ class Annealing:
     effort: Effort = "normal"
     amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.18
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 1.0
-    shake_steps: Annotated[int, Gt(0), Doc("steps of relaxation in each cycle")] = 8
+    shake_steps: Annotated[int, Gt(0), Le(1000), Doc("steps of relaxation in each cycle")] = 8
     fully_shaken: Annotated[
-        int, Gt(0), Doc("levels with more bubbles get fewer cycles in proportion, at least 2, 20 or 40")
+        int,
+        Gt(0),
+        Le(1_000_000_000),
+        Doc("levels with more bubbles get fewer cycles in proportion, at least 2, 20 or 40"),
     ] = 4000
 
     def __call__(

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Annotated, Protocol
 
 import numpy as np
-from annotated_types import Gt
+from annotated_types import Gt, Le
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Integers
@@ -50,7 +50,9 @@ class SingleLevel:
 class Doubling:
     """Coarser spacings first, doubled as often as the spacing stays gentle and enough bubbles are left."""
 
-    coarsest_nodes: Annotated[int, Gt(0), Doc("least number of bubbles, about, that the coarsest level has")] = 200
+    coarsest_nodes: Annotated[
+        int, Gt(0), Le(1_000_000_000), Doc("least number of bubbles, about, that the coarsest level has")
+    ] = 200
     steepest: Annotated[float, Gt(0), Doc("gradient that only a twentieth of a level's bubbles may exceed")] = 0.2
 
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:

@@ -62,7 +62,7 @@ class Mending:
 
     effort: Effort = "normal"
     mend_attempts: Annotated[
-        int, Ge(0), Doc("attempts at each of the worst triangles, four times as many with `effort: best`")
+        int, Ge(0), Le(1000), Doc("attempts at each of the worst triangles, four times as many with `effort: best`")
     ] = 12
     mend_worse: Annotated[float, Ge(1), Doc("triangles of larger shape measure are mended; 1 is equilateral")] = 1.08
     mend_amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the displacement, in spacings")] = 0.2

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 import numpy as np
-from annotated_types import Gt
+from annotated_types import Gt, Le
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats
@@ -116,7 +116,7 @@ class Connected:
     are outside when the triangulation is renewed are lost.
     """
 
-    refresh: Annotated[int, Gt(0), Doc("steps after which the triangulation is renewed")] = 20
+    refresh: Annotated[int, Gt(0), Le(100_000), Doc("steps after which the triangulation is renewed")] = 20
 
     boundary_stays: ClassVar[bool] = True
 

@@ -3,13 +3,15 @@
 from collections.abc import Sequence
 from typing import Annotated, Protocol
 
-from annotated_types import Ge, Gt
+from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
 from bubblemesh.records import record
 
-Rounds = Annotated[int, Gt(0), Doc("number of rounds, at most")]
-Iterations = Annotated[int, Gt(0), Doc("steps of a round; at the end of the published methods as many again")]
+Rounds = Annotated[int, Gt(0), Le(10_000), Doc("number of rounds, at most")]
+Iterations = Annotated[
+    int, Gt(0), Le(100_000), Doc("steps of a round; at the end of the published methods as many again")
+]
 Tolerance = Annotated[float, Ge(0), Doc("relative change of the number of bubbles that counts as settled")]
 
 
@@ -65,9 +67,9 @@ class Settled(FixedRounds):
 
     rounds: Rounds = 8
     iterations: Iterations = 12
-    opening_iterations: Annotated[int, Gt(0), Doc("steps of the first round, whose bubbles are without any order")] = (
-        100
-    )
+    opening_iterations: Annotated[
+        int, Gt(0), Le(100_000), Doc("steps of the first round, whose bubbles are without any order")
+    ] = 100
     tolerance: Tolerance = 0.005
 
     def steps(self, opening: bool) -> int:

@@ -15,7 +15,7 @@ spacing: 0.3
 packing: {effort: fast}
 output: {formats: [msh, xdmf]}
 """
-ENDLESS = ["method=accelerated", "schedule.rounds=1000000", "schedule.tolerance=0", "spacing=0.02", "packing={}"]
+ENDLESS = ["method=accelerated", "schedule.rounds=10000", "schedule.tolerance=0", "spacing=0.02", "packing={}"]
 # Sends itself a signal as soon as the interpreter does something, such as import a module or rename a file.
 SELF_INTERRUPTED = """
 import atexit, os, sys

@@ -64,6 +64,7 @@ def test_whole_numbers_do_for_real_ones():
         ({"seed": True}, {}, "packing", "seed", "valid integer (found True)"),
         ({"force": "strong"}, {}, "packing", "force", "'scaled' or 'plain' (found 'strong')"),
         ({}, {"rounds": 0}, "schedule", "rounds", "greater than 0 (found 0)"),
+        ({}, {"rounds": 10**9}, "schedule", "rounds", "less than or equal to 10000 (found 1000000000)"),
         ({}, {"c0": None}, "schedule", "c0", "valid number (found None)"),
     ],
 )
@@ -72,6 +73,14 @@ def test_wrong_option_is_named_with_what_was_found(packing, schedule, section, k
         configured("accelerated", packing, schedule)
     assert (caught.value.section, caught.value.key) == (section, key)
     assert message in caught.value.message
+
+
+def test_all_counts_have_a_bound():
+    """So that no count makes a run endless, or is too large for a real number."""
+    whole = {option.key: option.schema for option in all_options() if option.schema.get("type") == "integer"}
+    assert whole.pop("seed") == {"minimum": 0, "type": "integer"}
+    assert {"passes", "rounds", "mend_attempts"} < whole.keys()
+    assert all(schema["maximum"] <= 10**9 for schema in whole.values())
 
 
 def test_unknown_method_is_named():
