@@ -13,6 +13,7 @@ if TYPE_CHECKING:  # messages must be written even where NumPy cannot be loaded
 
 TOLD_APART = 1e-6  # of a domain's size: places farther from each other are written differently
 UNKNOWN = 1e-9  # of a place's own coordinates: likewise where the size is not known
+MOST_FINER = 12  # digits that a place may have more, so that it has all that a number holds
 FINEST_FIXED, LARGEST_FIXED = 1e-9, 1e15  # steps and numbers that are written without an exponent
 MOST_NAMES = 20  # that one message lists
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
@@ -49,19 +50,25 @@ def tell_places_by(given: Callable[[tuple[float, float]], tuple[float, float]] |
     _given.set(given)
 
 
-def place(point: "Floats | Sequence[float]", size: float | None = None) -> str:
+def place(point: "Floats | Sequence[float]", size: float | None = None, finer: int = 0) -> str:
     """A point as messages, reports and pages write it: (0.5, -1).
 
     It has as many digits as it takes to tell places in a domain of the ``size``, by default that of the domain that
-    messages are about, apart.
+    messages are about, apart, and ``finer`` more.
     """
     given = _given.get()
     x, y = float(point[0]), float(point[1])
     if given is not None and isfinite(x) and isfinite(y):
         x, y = given((x, y))
-        return f"({x:.6g}, {y:.6g})"
-    known = size or _size.get() or UNKNOWN / TOLD_APART * max(abs(x), abs(y))
+        return f"({x:.{6 + finer}g}, {y:.{6 + finer}g})"
+    known = (size or _size.get() or UNKNOWN / TOLD_APART * max(abs(x), abs(y))) / 10**finer
     return f"({coordinate(x, known)}, {coordinate(y, known)})"
+
+
+def two_places(first: "Floats | Sequence[float]", second: "Floats | Sequence[float]") -> tuple[str, str]:
+    """Two points that one message names, each as a `place`, with as many digits as it takes to tell them apart."""
+    pairs = ((place(first, finer=finer), place(second, finer=finer)) for finer in range(MOST_FINER))
+    return next((pair for pair in pairs if pair[0] != pair[1]), (place(first), place(second)))
 
 
 def coordinate(value: float, size: float) -> str:

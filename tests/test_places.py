@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bubblemesh.messages import once_each, place, tell_places_of
+from bubblemesh.messages import once_each, place, tell_places_by, tell_places_of, two_places
 
 
 @pytest.mark.parametrize(
@@ -34,6 +34,27 @@ def test_without_a_size_a_place_is_told_by_its_own_numbers():
     tell_places_of(None)
     assert place((500123.456789, 4649776.22471)) == "(500123.457, 4649776.225)"
     assert place((0, 0)) == "(0, 0)"
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "texts"),
+    [
+        ((0.5, 1), (0.5, 2), ("(0.5, 1)", "(0.5, 2)")),
+        ((0.5, 0.5), (0.5, 0.50000001), ("(0.5, 0.5)", "(0.5, 0.50000001)")),
+        ((0.2, 1e-7), (0.2, 0), ("(0.2, 0.0000001)", "(0.2, 0)")),
+        ((0.1, 1), (0.1, 1 + 2**-52), ("(0.1, 1)", "(0.1, 1.0000000000000002)")),
+        ((0.123456789, 0), (0.123456789, 0), ("(0.123457, 0)", "(0.123457, 0)")),
+    ],
+)
+def test_two_places_have_the_digits_that_tell_them_apart(first, second, texts):
+    tell_places_of(1.0)
+    assert two_places(first, second) == texts
+
+
+def test_two_places_on_the_earth_have_the_digits_that_tell_them_apart(request):
+    request.addfinalizer(lambda: tell_places_by(None))
+    tell_places_by(lambda point: (point[0] / 1e5, point[1] / 1e5))
+    assert two_places((1234567, 0), (1234567.1, 0)) == ("(12.34567, 0)", "(12.345671, 0)")
 
 
 def test_warnings_that_differ_in_numbers_only_are_one_with_a_count():

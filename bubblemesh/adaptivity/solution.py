@@ -8,7 +8,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.messages import place
+from bubblemesh.messages import place, two_places
 from bubblemesh.records import record
 
 ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary
@@ -80,9 +80,9 @@ def require_coverage(domain: Domain, points: Floats, triangles: Integers) -> Non
     pairs, count = unique_edges(triangles)
     if count.max() > 2:
         k = int(count.argmax())
+        first, second = two_places(*points[pairs[k]])
         raise CaseError(
-            f"the mesh of the solution is no plane mesh: {count[k]} triangles meet at the edge from "
-            f"{place(points[pairs[k, 0]])} to {place(points[pairs[k, 1]])}"
+            f"the mesh of the solution is no plane mesh: {count[k]} triangles meet at the edge from {first} to {second}"
         )
     lengths = np.hypot(*(points[pairs[:, 1]] - points[pairs[:, 0]]).T)
     shortest = np.full(len(points), np.inf)

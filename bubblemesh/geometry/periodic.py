@@ -9,7 +9,7 @@ from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.messages import meant, place
+from bubblemesh.messages import meant, two_places
 
 SAMPLES = 9
 
@@ -32,9 +32,10 @@ def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> In
             match = [other for other in second if _is_copy(boundary, int(piece), int(other), shift)]
             if not match:
                 at = _unmatched(boundary, int(piece), second, shift)
+                here, there = two_places(at, at + shift)
                 raise GeometryError(
-                    f"periodic sides {names[0]!r} and {names[1]!r}: what is at {place(at)} has no counterpart at "
-                    f"{place(at + shift)}: both sides need the same shape and the same vertices, moved but not turned"
+                    f"periodic sides {names[0]!r} and {names[1]!r}: what is at {here} has no counterpart at "
+                    f"{there}: both sides need the same shape and the same vertices, moved but not turned"
                 )
             pairs.append((int(piece), int(match[0])))
         if len(first) != len(second):

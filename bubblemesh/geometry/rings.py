@@ -10,7 +10,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.paths import Arc, Bezier, Curve, Ellipse, Line, Point, Side, Spline, as_point
 from bubblemesh.geometry.paths import OpenPath as OpenPath  # what the functions here return
 from bubblemesh.geometry.paths import Ring as Ring
-from bubblemesh.messages import place
+from bubblemesh.messages import place, two_places
 
 # Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
 ARC_MISMATCH = 1e-3
@@ -196,21 +196,24 @@ def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
         raise GeometryError(f"the arc at {place(start)} has its center and both ends in one point: move its center")
     mismatch = abs(radii[0] - radii[1]) / max(radii)
     if mismatch > ARC_MISMATCH:
+        one, other = two_places(start, end)
         raise GeometryError(
-            f"the arc from {place(start)} to {place(end)} is {radii[0]:.6g} from its center {place(piece.center)} at "
+            f"the arc from {one} to {other} is {radii[0]:.6g} from its center {place(piece.center)} at "
             f"one end and {radii[1]:.6g} at the other: correct the center or an end"
         )
     if start != end:
         chord = q - p
         if np.hypot(*chord) <= FLATTEST * max(radii):
+            one, other = two_places(start, end)
             raise GeometryError(
-                f"the arc from {place(start)} to {place(end)} has a radius of {max(radii):.3g}, too large for ends so "
+                f"the arc from {one} to {other} has a radius of {max(radii):.3g}, too large for ends so "
                 "near to each other: use a straight line, or the same point at both ends for a whole circle"
             )
         center = center - chord * (((center - p) @ chord) / (chord @ chord) - 0.5)
     notes = []
     if mismatch > 1e-9:
-        notes.append(f"center of the arc from {place(start)} to {place(end)} moved by {mismatch:.1e} of its radius")
+        one, other = two_places(start, end)
+        notes.append(f"center of the arc from {one} to {other} moved by {mismatch:.1e} of its radius")
     (ux, uy), (wx, wy) = p - center, q - center
     first, turned = np.arctan2(uy, ux), np.arctan2(ux * wy - uy * wx, ux * wx + uy * wy)
     if piece.left and turned <= 0:

@@ -21,7 +21,7 @@ from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections
 from bubblemesh.meshfiles.read import read_nodal_field
-from bubblemesh.messages import counted, place
+from bubblemesh.messages import counted, place, two_places
 from bubblemesh.problem.crs import bound_in, given_bounds, require_given
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.files import own_files
@@ -163,8 +163,9 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
     with prefixed(model.file):
         require_given((*low.tolist(), *high.tolist()), domain)
     if not ((low <= (x1, y1)).all() and (high >= (x0, y0)).all()):
+        least, largest = two_places(low, high)
         raise CaseError(
-            f"{model.file}: its mesh, from {place(low)} to {place(high)}, lies beside the domain, which is from "
+            f"{model.file}: its mesh, from {least} to {largest}, lies beside the domain, which is from "
             f"{place((x0, y0))} to {place((x1, y1))}"
         )
     notes = tuple(f"{model.file}: {note}" for note in read.notes)
@@ -339,10 +340,11 @@ def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
     times = np.abs(np.log(spacing(here)) - np.log(spacing(there)))
     k = int(times.argmax())
     if times[k] > np.log(DIFFERENT):
+        first, second = two_places(here[k], there[k])
         yield (
-            f"metric: its sizes differ {np.exp(times[k]):.3g} times between periodic sides, at {place(here[k])} and "
-            f"{place(there[k])}: nodes there follow the smaller ones, and sizes jump beside the other side: make the "
-            "metric the same on both"
+            f"metric: its sizes differ {np.exp(times[k]):.3g} times between periodic sides, at {first} and {second}: "
+            "nodes there follow the smaller ones, and sizes jump beside the other side: make the metric the same on "
+            "both"
         )
 
 

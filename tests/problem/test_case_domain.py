@@ -49,10 +49,18 @@ PLAIN = CASE.partition("  periodic")[0]
         (
             "[0.4, 1.6]",
             "[0.2, 1.60000001]",
-            "a.yaml:16: domain: the vertices at (0.2, 1.6) and (0.2, 1.6) are 1e-08 ap",
+            "a.yaml:16: domain: the vertices at (0.2, 1.6) and (0.2, 1.60000001) are 1e-08 ap",
         ),
-        ("[0.4, 1.6]", "[0.4, 1e-8]", "a.yaml:16: domain: the vertex at (0.4, 0) is 1e-08 away from the line at"),
-        ("[0.2, 0.4], [0.4", "[1, 1e-8], [4", "a.yaml:13: domain: the vertex at (1, 0) is 1e-08 away from the li"),
+        (
+            "[0.4, 1.6]",
+            "[0.4, 1e-8]",
+            "a.yaml:16: domain: the vertex at (0.4, 0.00000001) is 1e-08 aw",
+        ),
+        (
+            "[0.2, 0.4], [0.4",
+            "[1, 1e-8], [4",
+            "a.yaml:13: domain: the vertex at (1, 0.00000001) is 1e-08 aw",
+        ),
         (
             "[0.2, 0.4], [0.4, 0.4]",
             "[2.3, 1.69999999], {arc: {to: [1.7, 1.69999999], center: [2, 1.69999999], turn: left}}",

@@ -22,7 +22,7 @@ from bubblemesh.geometry.arrangement.crossings import (
 )
 from bubblemesh.geometry.arrangement.regions import Parts
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.messages import place
+from bubblemesh.messages import two_places
 
 
 def noded(boundary: Boundary, size: float, fixed: int, parts: Parts) -> Boundary:
@@ -64,10 +64,11 @@ def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixe
     near = np.flatnonzero(found & (distance > TOUCHING * size))
     if len(near):
         k = near[0]
+        vertex, beside = two_places(target[k], foot[k])
         with about(_key_at(parts, target[k]) if corner[k] >= fixed else parts.paths[-1 - boundary.ring[piece[k]]].key):
             raise GeometryError(
-                f"the vertex at {place(target[k])} is {distance[k]:.1g} away from the line at {place(foot[k])}, next "
-                "to it but not on it: give them the same coordinates, or move them apart"
+                f"the vertex at {vertex} is {distance[k]:.1g} away from the line at {beside}, next to it but not on "
+                "it: give them the same coordinates, or move them apart"
             )
     return Cuts(piece[found], s[found], target[found])
 
@@ -115,10 +116,11 @@ def _require_apart(corners: Floats, size: float, fixed: int, parts: Parts) -> No
     near = np.flatnonzero((j < i) & (i >= fixed))
     if len(near):
         first, second = corners[j[near[0]]], corners[i[near[0]]]
+        one, other = two_places(first, second)
         with about(_key_at(parts, second)):
             raise GeometryError(
-                f"the vertices at {place(first)} and {place(second)} are {np.hypot(*(first - second)):.1g} apart, next "
-                "to each other but not the same: give them the same coordinates, or move them apart"
+                f"the vertices at {one} and {other} are {np.hypot(*(first - second)):.1g} apart, next to each other "
+                "but not the same: give them the same coordinates, or move them apart"
             )
 
 

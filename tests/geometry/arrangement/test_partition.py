@@ -215,11 +215,11 @@ MISTAKES = [
         r"region 'a' at \(.*\) lies outside the domain",
     ),
     (["{name: bow, ring: {polygon: [[0, 0], [1, 1], [1, 0], [0, 1]]}}"], {}, r"'bow' crosses .* at \(0\.5, 0\.5\)"),
-    ([A, B.format(0.5000001)], {}, r"at \(0\.5, 0\) and \(0\.5, 0\) are 1e-07 apart"),
+    ([A, B.format(0.5000001)], {}, r"at \(0\.5, 0\) and \(0\.5000001, 0\) are 1e-07 apart"),
     (
         [A],
         {"lines": ["{path: [[0.5000001, 0.5], [0.8, 0.5]]}"]},
-        r"vertex at \(0\.5, 0\.5\) is 1e-07 away from the line",
+        r"vertex at \(0\.5000001, 0\.5\) is 1e-07 away from the line at \(0\.5, 0\.5\)",
     ),
     (
         [],
