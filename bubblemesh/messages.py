@@ -134,6 +134,12 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     return next(iter(get_close_matches(word, words, n=1) or longer[: len(longer) == 1]), None)
 
 
+def listed(words: Sequence[str]) -> str:
+    """Words one after the other, of very many the first: a, b, c and 7 more."""
+    more = f" and {len(words) - MOST_NAMES} more" if len(words) > MOST_NAMES else ""
+    return f"{', '.join(words[:MOST_NAMES])}{more}"
+
+
 def meant(word: str, known: Iterable[str]) -> str:
     """The known word that ``word`` may mean, or all of them."""
     words = list(known)
@@ -173,5 +179,4 @@ def unknown(what: str, name: str, known: Iterable[str]) -> str:
     names = list(known)
     close = get_close_matches(name, names, n=1)
     hint = f"did you mean {close[0]!r}? " if close else ""
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return f"unknown {what} {name!r}; {hint}known: {', '.join(names[:MOST_NAMES])}{more}"
+    return f"unknown {what} {name!r}; {hint}known: {listed(names)}"

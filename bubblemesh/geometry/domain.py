@@ -64,6 +64,8 @@ class Domain(Uncached):
         Plane that its coordinates, places on the earth, have been taken to.
     groups : dict
         Names that stand for several labels where distances are measured.
+    lost : tuple of str
+        Labels that only sides without length had.
     """
 
     boundary: Boundary
@@ -74,6 +76,7 @@ class Domain(Uncached):
     held: Held = NOTHING_HELD
     plane: Plane | None = None
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    lost: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
@@ -116,7 +119,8 @@ class Domain(Uncached):
         whole = partitioned(boundary, inner, simple.polygon) if inner else boundary
         told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
         changes = tuple(change for ring in (*rings, *inner.rings) for change in ring.changes)
-        domain = cls(whole, told, inner, given_outlines, changes)
+        lost = tuple(label for known in (rings, inner.paths) for path in known for label in path.lost)
+        domain = cls(whole, told, inner, given_outlines, changes, lost=lost)
         require_room(whole, domain.corner_fans)
         return domain
 

@@ -185,6 +185,7 @@ class Ring:
     given: Floats | None = field(default=None, compare=False)  # its outline (m, 2) where it is followed as a curve
     origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
     key: Key = field(default=Key(), compare=False)
+    lost: tuple[str, ...] = ()  # labels that only sides without length had, which are merged
 
     @cached_property
     def outline(self) -> Floats:
@@ -271,6 +272,7 @@ class OpenPath:
     notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
     key: Key = field(default=Key(), compare=False)
     optional: bool = False  # whether it is left out where it lies outside of the domain
+    lost: tuple[str, ...] = ()  # labels that only sides without length had, which are merged
 
     def moved(self, by: Similarity) -> "OpenPath":
         """The line where a similarity takes it, its labels with their sides."""
@@ -285,7 +287,7 @@ class OpenPath:
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
         """The sides of a ring."""
-        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes, ring.key)
+        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes, ring.key, lost=ring.lost)
 
 
 @record

@@ -10,7 +10,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.paths import Arc, Bezier, Curve, Ellipse, Line, Point, Side, Spline, as_point
 from bubblemesh.geometry.paths import OpenPath as OpenPath  # what the functions here return
 from bubblemesh.geometry.paths import Ring as Ring
-from bubblemesh.messages import place, two_places
+from bubblemesh.messages import counted, listed, place, two_places
 
 # Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
 ARC_MISMATCH = 1e-3
@@ -101,11 +101,11 @@ def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = No
         ends[-1] = first
     else:
         pieces, ends = [*pieces, LineTo(first, label)], [*ends, first]
-    sides, vertices, notes = _sides(first, pieces, ends, tolerance, label)
+    sides, vertices, notes, lost = _sides(first, pieces, ends, tolerance, label)
     vertices.pop()
     if all(isinstance(side.curve, Line) for side in sides):
         _require_three(vertices, first)
-    return Ring(tuple(sides), tuple(vertices), notes)
+    return Ring(tuple(sides), tuple(vertices), notes, lost=lost)
 
 
 def straight_ring(vertices: Sequence[Point], label: str | None = None) -> Ring:
@@ -129,32 +129,36 @@ def open_path(start: Sequence[float], pieces: Sequence[Piece], label: str) -> Op
 
     GeometryError if an arc's ends are not equally far from its centre, or the line has no length.
     """
-    sides, vertices, notes = _sides(as_point(start), pieces, [end_of(piece) for piece in pieces])
+    sides, vertices, notes, lost = _sides(as_point(start), pieces, [end_of(piece) for piece in pieces])
     if not sides:
         raise GeometryError(f"the line at {place(vertices[0])} has no length: give it two different points")
-    return OpenPath(tuple(sides), tuple(vertices), label, notes)
+    return OpenPath(tuple(sides), tuple(vertices), label, notes, lost=lost)
 
 
 def _sides(
     start: Point, pieces: Sequence[Piece], ends: Sequence[Point], tolerance: float = 0.0, label: str | None = None
-) -> tuple[list[Side], list[Point], tuple[str, ...]]:
-    """Sides along the pieces with their ends, the start and all ends, and notes on what was merged or mended."""
+) -> tuple[list[Side], list[Point], tuple[str, ...], tuple[str, ...]]:
+    """Sides along the pieces, the start and all ends, notes on what was merged or mended, and labels lost by that."""
     points = [start, *ends]
     if all(isinstance(piece, LineTo) for piece in pieces) and not _has_doubles(points, tolerance):
         # As most rings of files, some of which have very many points.
         lines = map(Line, points, ends)
-        return [Side(line, piece.label or label) for line, piece in zip(lines, pieces, strict=True)], points, ()
-    sides, vertices, notes, doubles = list[Side](), [start], list[str](), list[Point]()
+        return [Side(line, piece.label or label) for line, piece in zip(lines, pieces, strict=True)], points, (), ()
+    sides, vertices, notes = list[Side](), [start], list[str]()
+    doubles, merged = list[Point](), list[str | None]()  # points, and labels of the sides that end there
     for piece, end in zip(pieces, ends, strict=True):
         here = vertices[-1]
         if isinstance(piece, LineTo) and _same(here, end, tolerance):
             doubles.append(end)
+            merged.append(piece.label or label)
             continue
         curve, mended = _curve(here, piece, end)
         sides.append(Side(curve, piece.label or label))
         vertices.append(end)
         notes += mended
-    return sides, vertices, (*_merged(doubles), *notes)
+    kept = {side.label for side in sides}
+    lost = tuple(name for name in dict.fromkeys(merged) if name is not None and name not in kept)
+    return sides, vertices, (*_merged(doubles, lost), *notes), lost
 
 
 def _has_doubles(points: Sequence[Point], tolerance: float) -> bool:
@@ -162,7 +166,13 @@ def _has_doubles(points: Sequence[Point], tolerance: float) -> bool:
     return bool((np.abs(np.diff(np.array(points), axis=0)).max(axis=1) <= tolerance).any())
 
 
-def _merged(doubles: Sequence[Point]) -> list[str]:
+def _merged(doubles: Sequence[Point], lost: Sequence[str]) -> list[str]:
+    """Notes on points that were given twice in a row, and on labels that were lost with the sides between them."""
+    gone = f"left out: {counted(len(lost), 'side')} without length, labelled {listed(list(map(repr, lost)))}"
+    return [*_duplicates(doubles), *([gone] if lost else [])]
+
+
+def _duplicates(doubles: Sequence[Point]) -> list[str]:
     """Notes on points that were given twice in a row."""
     if len(doubles) > MOST_NAMED:
         return [f"{len(doubles)} duplicate points merged, the first at {place(doubles[0])}"]

@@ -70,7 +70,17 @@ def test_duplicate_points_are_merged_with_a_note_and_labels_stay_with_their_side
     ring = polygon([SQUARE[0], SQUARE[1], SQUARE[1], *SQUARE[2:]], labels=["a", "gone", "b", "c", "d"])
     assert ring.vertices == SQUARE
     assert [side.label for side in ring.sides] == ["a", "b", "c", "d"]
-    assert ring.notes == ("duplicate point (1, 0) merged",)
+    assert ring.notes == ("duplicate point (1, 0) merged", "left out: 1 side without length, labelled 'gone'")
+
+
+def test_labels_of_merged_sides_are_told_once_unless_other_sides_have_them():
+    corners = [SQUARE[0], *(SQUARE[1],) * 4, *SQUARE[2:]]
+    ring = polygon(corners, labels=["a", "x", "y", "a", "b", "c", "d"])
+    assert ring.notes[-1] == "left out: 2 sides without length, labelled 'x', 'y'"
+    assert len(polygon(corners, label="a").notes) == len(polygon(corners).notes) == 3
+    assert path((0, 0), [LineTo((1, 0)), LineTo((1, 0), "gone"), LineTo((1, 1))]).notes[1:] == (
+        "left out: 1 side without length, labelled 'gone'",
+    )
 
 
 def test_points_that_differ_by_rounding_are_merged_too():

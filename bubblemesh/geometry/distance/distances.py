@@ -56,6 +56,8 @@ def require_labels(domain: Domain, labels: Sequence[str]) -> None:
             raise CaseError(
                 f"no {label} lies in the box: correct the box or the file, or leave out what is measured from {label}"
             )
+        if label in domain.lost:
+            raise CaseError(f"the side {label!r} has no length, since both of its ends are one point: correct the ring")
         raise CaseError(unknown("label", label, known))
 
 

@@ -10,6 +10,8 @@ from partitions import domain_of
 
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.distance.distances import MOST_FORMULAS, distance_to_labels, distance_to_line
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.rings import polygon
 
 TEXT = """
 domain:
@@ -100,6 +102,12 @@ def test_no_points_have_no_distances():
 def test_an_unknown_label_names_the_known_ones(label, message):
     with pytest.raises(CaseError, match=message):
         distance_to_labels(DOMAIN, ["bore", label])
+
+
+def test_a_label_of_nothing_but_a_side_without_length_is_told_as_such():
+    domain = Domain.of(polygon([(0, 0), (1, 0), (1, 0), (1, 1)], labels=["a", "gone", "b", "c"]))
+    with pytest.raises(CaseError, match="the side 'gone' has no length, since both of its ends are one point"):
+        distance_to_labels(domain, ["gone"])
 
 
 def test_a_polyline_is_open_and_may_cross_itself():
