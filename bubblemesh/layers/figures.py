@@ -12,7 +12,7 @@ from bubblemesh.layers.ladder import MOST_LAYERS
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.strips import Strips
 from bubblemesh.meshes.edges import find_sides
-from bubblemesh.messages import place
+from bubblemesh.messages import counted, place
 from bubblemesh.packing.net import Net
 from bubblemesh.records import record
 
@@ -52,8 +52,11 @@ class LabelLayers:
         Share of the columns that have all layers, at full height.
     low : float
         Share of the columns that have less than half of the height that they should have, beside the ends of layers.
+    lowest : mapping or None
+        The one of these columns with the fewest layers: ``layers`` and the place ``at`` of the foot. None if there are
+        none.
     shortest : tuple of mappings
-        Columns that lack layers, the lowest first: ``layers`` and the place ``at`` of the foot.
+        Columns that lack layers or height, as many ``lowest`` ones as are told, each place once.
     compressed : float
         Least factor of heights that were compressed; 1 if none was.
     thickness : float
@@ -77,6 +80,7 @@ class LabelLayers:
     count: Mapping[str, int]
     complete: float
     low: float
+    lowest: Mapping[str, Any] | None
     shortest: tuple[Mapping[str, Any], ...]
     compressed: float
     thickness: float
@@ -87,14 +91,13 @@ class LabelLayers:
     @property
     def lacking(self) -> str | None:
         """Warning of columns that are much lower than asked for, if there are any."""
-        if not self.low:
+        if self.lowest is None:
             return None
-        lowest = self.shortest[0]
         squeezed = f", compressed to {self.compressed:.2g} of its height at least" if self.compressed < 1 else ""
         return (
             f"layers on {self.label!r}: {self.low:.2%} of the columns are less than half as high as asked for, the "
-            f"lowest with {lowest['layers']} layers at {place(lowest['at'])}{squeezed}: columns end before they meet "
-            "others, or would be farther apart than the spacing asks"
+            f"lowest of these with {counted(self.lowest['layers'], 'layer')} at {place(self.lowest['at'])}{squeezed}: "
+            "columns end before they meet others, or would be farther apart than the spacing asks"
         )
 
     @property
@@ -149,8 +152,6 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     asked = reached(columns, replace(heights, factor=np.ones(len(columns))), which, heights.due[which])
     share = strips.reached[which] / np.where(asked > 0, asked, 1.0)
     low = (share < LOW) & (asked > 0)
-    order = np.argsort(np.where(low, share - 1, share), kind="stable")
-    short = which[order[~full[order]]][:SHORTEST]
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
     next_ones = across[mine & columns.apart & np.isfinite(across)]
     return LabelLayers(
@@ -169,15 +170,25 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         },
         complete=float(full.mean()),
         low=float(low.mean()),
-        shortest=tuple(
-            {"layers": int(heights.count[k]), "at": (float(columns.at[k, 0]), float(columns.at[k, 1]))} for k in short
-        ),
+        lowest=next(iter(_lowest(strips, which[low])), None),
+        shortest=_lowest(strips, which[~full]),
         compressed=float(factor[count > 0].min(initial=1.0)),
         thickness=float(strips.height[which].mean()),
         orthogonality={"mean": float(angle.mean()), "least": float(angle.min())} if len(angle) else {},
         aspect=aspect,
         across_front=median(next_ones) if len(next_ones) else None,
     )
+
+
+def _lowest(strips: Strips, which: Integers) -> tuple[dict[str, Any], ...]:
+    """Layers and places of the lowest of the columns (k,), those with the fewest layers first, each place once."""
+    count = strips.heights.count
+    told = dict[tuple[float, ...], int]()
+    for column in which[np.lexsort((strips.reached[which], count[which]))].tolist():
+        told.setdefault(tuple(strips.columns.at[column].tolist()), int(count[column]))
+        if len(told) == SHORTEST:
+            break
+    return tuple({"layers": layers, "at": at} for at, layers in told.items())
 
 
 def _first_heights(first: Floats, length: Floats) -> dict[str, float]:

@@ -11,6 +11,7 @@ from bubblemesh.arrays import members
 from bubblemesh.case import load_case
 from bubblemesh.console.report import show_quality
 from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.layers.figures import figures
 from bubblemesh.layers.heights import reached
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
@@ -591,6 +592,34 @@ def test_beside_a_place_too_fine_for_layers_there_are_fewer_ones_but_none_compre
     assert row["compressed"] == 1
     assert row["first"]["kept"] > 0.99
     assert row["count"]["least"] <= 1 < row["count"]["most"] == 6
+
+
+def layers_of(problem, label):
+    """Figures of the layers on a label, before anything is packed."""
+    return next(row for row in figures(problem.rest.strips) if row.label == label)
+
+
+def test_the_lowest_columns_are_those_with_the_fewest_layers():
+    """Between two discs columns are short; wide ones are much lower than asked for also with more layers."""
+    discs = [{"circle": {"center": [x, 1], "radius": 0.2}, "label": "disc"} for x in (1, 1.41)]
+    spacing = {"near": {"label": "disc", "size": 0.02, "growth": 0.2}, "maximum": 0.12}
+    layers = {"on": "disc", "first": 0.0008, "until": "isotropic"}
+    problem = prepared({**CHANNEL, "holes": discs}, layers, spacing=spacing)
+    row = layers_of(problem, "disc")
+    told = [lowest["layers"] for lowest in row.shortest]
+    assert told == sorted(told)
+    assert told[0] == row.lowest["layers"] == row.count["least"]
+    assert abs(row.lowest["at"][0] - 1.205) < 0.01
+    assert any(f"the lowest of these with {row.count['least']} layers at (1." in text for text in problem.warnings)
+
+
+def test_each_place_is_told_once_among_the_lowest_columns():
+    """All columns of the fan at a corner near a wall are short."""
+    box = {"polygon": [[2, 0.02], [3, 1], [2, 1.9], [1, 1]], "label": "box"}
+    row = layers_of(prepared({**CHANNEL, "holes": [box]}, {"on": "box", **FIVE}, spacing=0.1), "box")
+    places = [lowest["at"] for lowest in row.shortest]
+    assert (2, 0.02) in places
+    assert len(places) == len(set(places)) > 1
 
 
 @pytest.mark.parametrize("seed", range(3))
