@@ -87,6 +87,11 @@ class Columns:
         """Number (c,) of layers that are asked for."""
         return np.array([ladder.count for ladder in self.ladders])[self.ladder]
 
+    @property
+    def are_isotropic(self) -> Booleans:
+        """Mask (c,) of the columns whose layers go on until they are as high as wide."""
+        return np.array([ladder.isotropic for ladder in self.ladders])[self.ladder]
+
     def tops(self, which: Integers, count: Integers) -> Floats:
         """Height (k,) of so many layers (k,) on columns (k,), as they are asked for."""
         return self._tops[self.ladder[which], count]

@@ -1,27 +1,24 @@
 """Figures of boundary layers: what came out of them on the walls of each label."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, median
-from bubblemesh.layers.heights import reached
+from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.lacks import Lack, lacks, low_columns, lowest
 from bubblemesh.layers.ladder import MOST_LAYERS
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.strips import Strips
 from bubblemesh.meshes.edges import find_sides
-from bubblemesh.messages import counted, place
 from bubblemesh.packing.net import Net
 from bubblemesh.records import record
 
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
 FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
 MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not what makes sizes jump
-LOW = 0.5  # of the height that is asked for
 NEARLY = 0.05  # relative difference of a first height from the wanted one
-SHORTEST = 5  # places that are told
 ENDED = "something is in their way, or they end one by one, as ends: taper lets them"
 
 
@@ -52,11 +49,11 @@ class LabelLayers:
         Share of the columns that have all layers, at full height.
     low : float
         Share of the columns that have less than half of the height that they should have, beside the ends of layers.
-    lowest : mapping or None
-        The one of these columns with the fewest layers: ``layers`` and the place ``at`` of the foot. None if there are
-        none.
+    lacks : tuple of Lack
+        Why they have: one for each reason.
     shortest : tuple of mappings
-        Columns that lack layers or height, as many ``lowest`` ones as are told, each place once.
+        Columns that lack layers or height, the ones with the fewest layers first: ``layers`` and the place ``at`` of
+        the foot.
     compressed : float
         Least factor of heights that were compressed; 1 if none was.
     thickness : float
@@ -80,7 +77,7 @@ class LabelLayers:
     count: Mapping[str, int]
     complete: float
     low: float
-    lowest: Mapping[str, Any] | None
+    lacks: tuple[Lack, ...]
     shortest: tuple[Mapping[str, Any], ...]
     compressed: float
     thickness: float
@@ -89,16 +86,9 @@ class LabelLayers:
     across_front: float | None
 
     @property
-    def lacking(self) -> str | None:
-        """Warning of columns that are much lower than asked for, if there are any."""
-        if self.lowest is None:
-            return None
-        squeezed = f", compressed to {self.compressed:.2g} of its height at least" if self.compressed < 1 else ""
-        return (
-            f"layers on {self.label!r}: {self.low:.2%} of the columns are less than half as high as asked for, the "
-            f"lowest of these with {counted(self.lowest['layers'], 'layer')} at {place(self.lowest['at'])}{squeezed}: "
-            "columns end before they meet others, or would be farther apart than the spacing asks"
-        )
+    def lacking(self) -> list[str]:
+        """Warnings of columns that are much lower than asked for, one for each reason."""
+        return [f"layers on {self.label!r}: {lack.told(self.compressed)}" for lack in self.lacks]
 
     @property
     def jumping(self) -> str | None:
@@ -148,10 +138,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     which = each_once(columns.pair[mine].ravel())
     count, factor = heights.count[which], heights.factor[which]
     full = (count >= heights.wanted[which]) & (factor == 1)
-    # A column between walls with different layers has those of one of them.
-    asked = reached(columns, replace(heights, factor=np.ones(len(columns))), which, heights.due[which])
-    share = strips.reached[which] / np.where(asked > 0, asked, 1.0)
-    low = (share < LOW) & (asked > 0)
+    low = low_columns(strips, which)
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
     next_ones = across[mine & columns.apart & np.isfinite(across)]
     return LabelLayers(
@@ -169,9 +156,9 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
             "most": int(count.max()),
         },
         complete=float(full.mean()),
-        low=float(low.mean()),
-        lowest=next(iter(_lowest(strips, which[low])), None),
-        shortest=_lowest(strips, which[~full]),
+        low=float(np.logical_or.reduce([*low.values()]).mean()),
+        lacks=lacks(strips, which, low, _lengths_beside(columns, mine)),
+        shortest=lowest(strips, which[~full]),
         compressed=float(factor[count > 0].min(initial=1.0)),
         thickness=float(strips.height[which].mean()),
         orthogonality={"mean": float(angle.mean()), "least": float(angle.min())} if len(angle) else {},
@@ -180,15 +167,12 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     )
 
 
-def _lowest(strips: Strips, which: Integers) -> tuple[dict[str, Any], ...]:
-    """Layers and places of the lowest of the columns (k,), those with the fewest layers first, each place once."""
-    count = strips.heights.count
-    told = dict[tuple[float, ...], int]()
-    for column in which[np.lexsort((strips.reached[which], count[which]))].tolist():
-        told.setdefault(tuple(strips.columns.at[column].tolist()), int(count[column]))
-        if len(told) == SHORTEST:
-            break
-    return tuple({"layers": layers, "at": at} for at, layers in told.items())
+def _lengths_beside(columns: Columns, mine: Booleans) -> Floats:
+    """Lengths (c,) of the wall at columns: half of the edges beside each, of the pairs ``mine`` (p,)."""
+    length, edges = np.zeros(len(columns)), mine & ~columns.fan
+    for end in columns.pair[edges].T:
+        np.add.at(length, end, columns.bare_widths[edges] / 2)
+    return length
 
 
 def _first_heights(first: Floats, length: Floats) -> dict[str, float]:

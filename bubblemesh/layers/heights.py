@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
@@ -22,6 +22,7 @@ class Heights:
 
     wanted: Integers  # (c,): number of layers that are asked for
     due: Integers  # (c,): number that there can be beside the ends of layers
+    bare: Booleans  # (c,): whether there is none, since the first would be higher than wide (until: isotropic)
     count: Integers  # (c,): number of layers that there are
     factor: Floats  # (c,): of the heights of these, at most 1
 
@@ -35,7 +36,7 @@ def heights(columns: Columns, room: Floats, most: Integers) -> Heights:
     wanted, fitting = (np.zeros(len(columns), np.int64) for _ in range(2))
     for number, ladder in enumerate(columns.ladders):
         mine = np.flatnonzero(columns.ladder == number)
-        wanted[mine] = most[mine] if ladder.isotropic else ladder.count
+        wanted[mine] = np.maximum(most[mine], 1) if ladder.isotropic else ladder.count
         fitting[mine] = np.searchsorted(ladder.tops, room[mine] * (1 + ROUNDING), side="right") - 1
     none = np.ones(len(columns))
     bound, _ = _gradual(columns, np.where(columns.are_in_hollows, np.minimum(fitting, most), most), none)
@@ -45,8 +46,9 @@ def heights(columns: Columns, room: Floats, most: Integers) -> Heights:
     squeezed[few == 0] = 1.0
     count = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most))
     factor = np.where(fitting < few, np.maximum(squeezed, LEAST), 1.0)
-    due, _ = _gradual(columns, np.where(columns.ends, 0, wanted), none)
-    return Heights(wanted, due, *_gradual(columns, count, factor))
+    bare = (most == 0) & columns.are_isotropic & ~columns.ends
+    due, _ = _gradual(columns, np.where(columns.ends | bare, 0, wanted), none)
+    return Heights(wanted, due, bare, *_gradual(columns, count, factor))
 
 
 def _gradual(columns: Columns, count: Integers, factor: Floats) -> tuple[Integers, Floats]:

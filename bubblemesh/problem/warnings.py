@@ -224,7 +224,7 @@ def missed_node_target(wanted: int, found: int) -> list[str]:
 
 def low_layers(found: "Sequence[LabelLayers]") -> list[str]:
     """Warnings of layers that are lower than what was asked for."""
-    return [layers.lacking for layers in found if layers.lacking is not None]
+    return [told for layers in found for told in layers.lacking]
 
 
 def jumps_at_layers(found: "Sequence[LabelLayers] | None") -> list[str]:

@@ -608,9 +608,32 @@ def test_the_lowest_columns_are_those_with_the_fewest_layers():
     row = layers_of(problem, "disc")
     told = [lowest["layers"] for lowest in row.shortest]
     assert told == sorted(told)
-    assert told[0] == row.lowest["layers"] == row.count["least"]
-    assert abs(row.lowest["at"][0] - 1.205) < 0.01
+    (lack,) = row.lacks
+    assert told[0] == lack.layers == row.count["least"]
+    assert abs(lack.at[0] - 1.205) < 0.01
     assert any(f"the lowest of these with {row.count['least']} layers at (1." in text for text in problem.warnings)
+
+
+def test_a_wall_with_edges_below_the_first_height_has_no_layers_and_is_told():
+    """Edges are 4/51 long, a little less than the spacing."""
+    problem = prepared(CHANNEL, {"on": "bottom", "first": 0.0786, "until": "isotropic"}, spacing=0.079)
+    row = layers_of(problem, "bottom")
+    assert row.count == {"wanted": 1, "least": 0, "most": 0}
+    assert (row.complete, row.low) == (0, 1)
+    (text,) = problem.warnings
+    assert "'bottom': 100.00% of the wall has no layer, as at (0.078" in text
+
+
+def test_the_share_of_a_wall_with_edges_below_the_first_height_is_told():
+    floor = [[x, 0] for x in (*np.arange(0, 2, 0.1).round(3), *np.arange(2, 4, 0.02).round(3), 4)]
+    domain = {"outer": {"polygon": [*floor, [4, 2], [0, 2]], "labels": ["floor"] * (len(floor) - 1) + [*"abc"]}}
+    problem = prepared(domain, {"on": "floor", "first": 0.03, "until": "isotropic"}, spacing=0.1)
+    row = layers_of(problem, "floor")
+    (text,) = (text for text in problem.warnings if "layers on" in text)
+    assert float(text.split("'floor': ")[1].split("%")[0]) == pytest.approx(50, abs=1)
+    assert row.low == pytest.approx(101 / row.columns, abs=0.01)
+    assert row.complete < 1 - row.low
+    assert row.shortest[0]["layers"] == 0
 
 
 def test_each_place_is_told_once_among_the_lowest_columns():
