@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Integers
 from bubblemesh.layers.columns import Columns
-from bubblemesh.layers.heights import heights
+from bubblemesh.layers.heights import Most, heights
 from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.room import room, spread
 from bubblemesh.layers.strips import Strips
@@ -14,14 +13,14 @@ LOWERED = 0.8  # of their height: columns that are in the way
 PATIENCE = 16  # times that a column is lowered before it has no layers
 
 
-def fitted(columns: Columns, walls: Walls, most: Integers) -> Strips:
-    """Strips between columns of ``most`` (c,) layers, as high as there is room for.
+def fitted(columns: Columns, walls: Walls, most: Most) -> Strips:
+    """Strips between columns of the layers that they can have at most, as high as there is room for.
 
     Where cells are not valid or meet others the columns are made lower, again and again: without layers a column is in
     nobody's way, so that this ends.
     """
     obstacles = Obstacles.of(walls)
-    height = room(columns, walls, obstacles, most)
+    height = room(columns, walls, obstacles, most.count)
     lowered = np.zeros(len(columns), np.int64)
     strips = Strips.of(columns, walls, heights(columns, height, most))
     while (wrong := obstacles.in_the_way(strips)).any():

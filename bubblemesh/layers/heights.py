@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, members
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
@@ -17,38 +17,47 @@ ROUNDING = 1e-12  # relative: what is just as high as it may be is not lost by i
 
 
 @record
+class Most:
+    """Numbers of layers that columns can have where nothing is in their way."""
+
+    count: Integers  # (c,)
+    spaced: Integers  # (c,): the same if only what would be higher than the spacing ended them, not that they part
+
+
+@record
 class Heights:
     """Heights of the columns."""
 
+    most: Most
     wanted: Integers  # (c,): number of layers that are asked for
-    due: Integers  # (c,): number that there can be beside the ends of layers
-    bare: Booleans  # (c,): whether there is none, since the first would be higher than wide (until: isotropic)
     count: Integers  # (c,): number of layers that there are
     factor: Floats  # (c,): of the heights of these, at most 1
 
 
-def heights(columns: Columns, room: Floats, most: Integers) -> Heights:
-    """Layers that there is room (c,) for, ``most`` (c,) of them, and at most one fewer from column to column.
+def heights(columns: Columns, room: Floats, possible: Most) -> Heights:
+    """Layers that there is room (c,) for, of those that are ``possible``, and at most one fewer from column to column.
 
     Where few layers have room they are compressed, but in hollows of short edges and beside: else those along much of
     the wall would be so, too.
     """
-    wanted, fitting = (np.zeros(len(columns), np.int64) for _ in range(2))
+    most, (wanted, fitting) = possible.count, np.zeros((2, len(columns)), np.int64)
     for number, ladder in enumerate(columns.ladders):
         mine = np.flatnonzero(columns.ladder == number)
         wanted[mine] = np.maximum(most[mine], 1) if ladder.isotropic else ladder.count
         fitting[mine] = np.searchsorted(ladder.tops, room[mine] * (1 + ROUNDING), side="right") - 1
-    none = np.ones(len(columns))
-    bound, _ = _gradual(columns, np.where(columns.are_in_hollows, np.minimum(fitting, most), most), none)
+    bound = gradual(columns, np.where(columns.are_in_hollows, np.minimum(fitting, most), most))
     few = np.minimum(FEWEST, most)
     few[bound < few] = 0
     squeezed = np.clip(room / np.maximum(columns.tops(np.arange(len(columns)), few), 1e-300), 0, 1)
     squeezed[few == 0] = 1.0
     count = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most))
     factor = np.where(fitting < few, np.maximum(squeezed, LEAST), 1.0)
-    bare = (most == 0) & columns.are_isotropic & ~columns.ends
-    due, _ = _gradual(columns, np.where(columns.ends | bare, 0, wanted), none)
-    return Heights(wanted, due, bare, *_gradual(columns, count, factor))
+    return Heights(possible, wanted, *_gradual(columns, count, factor))
+
+
+def gradual(columns: Columns, count: Integers) -> Integers:
+    """Counts (c,) of layers, or fewer: at most one fewer from column to column."""
+    return _gradual(columns, count, np.ones(len(columns)))[0]
 
 
 def _gradual(columns: Columns, count: Integers, factor: Floats) -> tuple[Integers, Floats]:
@@ -68,14 +77,14 @@ def _gradual(columns: Columns, count: Integers, factor: Floats) -> tuple[Integer
     return count, factor
 
 
-def most_layers(columns: Columns, spacing: Spacing) -> Integers:
-    """Number (c,) of layers that columns have where nothing is in their way.
+def most_layers(columns: Columns, spacing: Spacing) -> Most:
+    """Numbers of layers that columns have where nothing is in their way.
 
     None is higher than the spacing at its middle, nor than it is wide, or than the spacing at the foot where that is
     more and the layers are not ``isotropic``. Columns that part end before they are much farther from each other than
     the spacing. All columns of a fan are as wide as those beside it.
     """
-    most, at_foot = np.zeros(len(columns), np.int64), _widest(columns, 0.0)
+    most, spaced, at_foot = np.zeros(len(columns), np.int64), columns.wanted.copy(), _widest(columns, 0.0)
     for number, ladder in enumerate(columns.ladders):
         going = np.flatnonzero(columns.ladder == number)
         for height, top in zip(ladder.heights, ladder.tops[1:], strict=True):
@@ -84,12 +93,13 @@ def most_layers(columns: Columns, spacing: Spacing) -> Integers:
             widest = _widest(columns, top)[going]
             wide = widest if ladder.isotropic else np.maximum(widest, columns.spacing[going])
             low = height <= np.minimum(wide, d) * (1 + ROUNDING)
+            spaced[going[~low]] = most[going[~low]]
             fits = low & (widest <= WIDEST * np.maximum(d, at_foot[going]) * (1 + ROUNDING))
             going = going[fits]
             if not len(going):
                 break
             most[going] += 1
-    return most
+    return Most(most, spaced)
 
 
 def _spacing_at(columns: Columns, which: Integers, height: Floats, spacing: Spacing) -> Floats:

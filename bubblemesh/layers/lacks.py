@@ -1,13 +1,13 @@
 """What layers lack: columns that are much lower than asked for, and why they are."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.layers.heights import reached
+from bubblemesh.layers.heights import gradual
+from bubblemesh.layers.room import spread
 from bubblemesh.layers.strips import Strips
 from bubblemesh.messages import counted, place
 from bubblemesh.records import record
@@ -19,6 +19,10 @@ REASONS = {
     "edges": (
         "{share:.2%} of the wall has no layer, as at {at}, since its edges or the spacing there are below the first "
         "height: make first smaller, or the spacing coarser"
+    ),
+    "spacing": (
+        f"{LOW_COLUMNS}, since no layer becomes higher than the spacing: ask for fewer layers or less growth, or make "
+        "the spacing coarser"
     ),
     "others": f"{LOW_COLUMNS}: columns end before they meet others, or would be farther apart than the spacing asks",
 }
@@ -55,11 +59,19 @@ class Lack:
 
 def low_columns(strips: Strips, which: Integers) -> dict[str, Booleans]:
     """Masks (k,) of the columns (k,) that are much lower than asked for, by the key of their reason."""
-    columns, heights = strips.columns, strips.heights
-    bare = heights.bare[which]
-    # A column between walls with different layers has those of one of them.
-    asked = reached(columns, replace(heights, factor=np.ones(len(columns))), which, heights.due[which])
-    return {"edges": bare, "others": ~bare & (strips.reached[which] < LOW * asked)}
+    columns, heights, every = strips.columns, strips.heights, np.arange(len(strips.columns))
+    bare = (heights.most.count == 0) & columns.are_isotropic & ~columns.ends
+    asked = np.where(columns.ends | bare, 0, heights.wanted)
+    due, by_spacing = (gradual(columns, count) for count in (asked, np.minimum(asked, heights.most.spaced)))
+    low = strips.reached < LOW * columns.tops(every, due)
+    # Beside a place where the spacing lets few layers be, the height changes gradually along the wall.
+    room = spread(columns, columns.tops(every, by_spacing))
+    one_more = columns.tops(every, np.minimum(heights.count + 1, columns.wanted))
+    as_spaced = (
+        low & ~columns.are_isotropic & (heights.factor == 1) & ((heights.count >= by_spacing) | (one_more > room))
+    )
+    found = {"edges": bare, "spacing": as_spaced, "others": low & ~as_spaced}
+    return {reason: mask[which] for reason, mask in found.items()}
 
 
 def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: Floats) -> tuple[Lack, ...]:

@@ -28,7 +28,7 @@ def layered(domain: Domain, wanted: Spacing, spacing: Spacing, ladders: Sequence
         _require_walls(walls, number, ladder)
     columns = columns_on(walls, ladders)
     most = most_layers(columns, wanted)
-    if (nodes := int(most.sum())) > max_nodes:
+    if (nodes := int(most.count.sum())) > max_nodes:
         raise LimitError(
             f"layers: they may take {nodes} nodes, and the limit is {max_nodes}: coarsen the spacing on "
             f"the walls, ask for fewer layers, or raise {node_limit()}"

@@ -636,6 +636,30 @@ def test_the_share_of_a_wall_with_edges_below_the_first_height_is_told():
     assert row.shortest[0]["layers"] == 0
 
 
+@pytest.mark.parametrize("keys", [{"first": 0.001, "count": 12, "growth": 2}, {"first": 0.01, "count": 25}])
+def test_where_layers_end_by_the_spacing_the_warning_says_so(keys):
+    problem = prepared(CHANNEL, {"on": "bottom", **keys}, spacing=0.08)
+    (lack,) = layers_of(problem, "bottom").lacks
+    assert (lack.reason, lack.share) == ("spacing", 1)
+    (text,) = problem.warnings
+    assert "since no layer becomes higher than the spacing: ask for fewer layers or less growth, or make" in text
+
+
+def test_columns_beside_a_place_with_a_finer_spacing_end_by_that():
+    spacing = {"value": 0.1, "near": {"point": [2, 0], "size": 0.004, "growth": 0.2}}
+    layers = {"on": "bottom", "first": 0.005, "count": 10, "growth": 1.3}
+    (lack,) = layers_of(prepared(CHANNEL, layers, spacing=spacing), "bottom").lacks
+    assert (lack.reason, lack.layers) == ("spacing", 0)
+    assert lack.at == pytest.approx((2, 0), abs=0.01)
+
+
+def test_columns_that_part_are_not_said_to_end_by_the_height_of_their_layers():
+    wire = {"outer": {"rectangle": [-1, -1, 1, 1]}, "holes": [{"circle": {"center": [0, 0], "radius": 0.02}}]}
+    wire["holes"][0]["label"] = "wire"
+    problem = prepared(wire, {"on": "wire", "first": 2e-4, "growth": 1.05, "count": 100}, spacing=0.01)
+    assert [lack.reason for lack in layers_of(problem, "wire").lacks] == ["others"]
+
+
 def test_each_place_is_told_once_among_the_lowest_columns():
     """All columns of the fan at a corner near a wall are short."""
     box = {"polygon": [[2, 0.02], [3, 1], [2, 1.9], [1, 1]], "label": "box"}
