@@ -48,9 +48,10 @@ class LabelLayers:
     complete : float
         Share of the columns that have all layers, at full height.
     low : float
-        Share of the columns that have less than half of the height that they should have, beside the ends of layers.
+        Share of the columns that have less than half of the height that is asked for, but for those where layers end
+        one by one along the wall.
     lacks : tuple of Lack
-        Why they have: one for each reason.
+        Why they have: one for each reason. That neighbours have few layers is one only if it holds for many columns.
     shortest : tuple of mappings
         Columns that lack layers or height, the ones with the fewest layers first: ``layers`` and the place ``at`` of
         the foot.

@@ -24,8 +24,17 @@ REASONS = {
         f"{LOW_COLUMNS}, since no layer becomes higher than the spacing: ask for fewer layers or less growth, or make "
         "the spacing coarser"
     ),
-    "others": f"{LOW_COLUMNS}: columns end before they meet others, or would be farther apart than the spacing asks",
+    "neighbours": (
+        f"{LOW_COLUMNS}, since columns near them have few layers and neighbours differ by one at most: give the walls "
+        "beside them more layers, or these fewer by a larger first or growth"
+    ),
+    "others": (
+        f"{LOW_COLUMNS}{{squeezed}}: columns end before they meet others, or would be farther apart than the spacing "
+        "asks"
+    ),
 }
+# Share of the columns from which on a reason is told: beside a wall with few layers some columns are always short.
+LEAST_SHARES = {"neighbours": 0.25}
 
 
 @record
@@ -53,25 +62,38 @@ class Lack:
         """Warning of these columns, beside the least factor of heights that were ``compressed``."""
         at = place(self.at)
         squeezed = f", compressed to {compressed:.2g} of its height at least" if compressed < 1 else ""
-        lowest = f"{counted(self.layers, 'layer')} at {at}{squeezed}"
-        return REASONS[self.reason].format(share=self.share, at=at, lowest=lowest)
+        lowest = f"{counted(self.layers, 'layer')} at {at}"
+        return REASONS[self.reason].format(share=self.share, at=at, lowest=lowest, squeezed=squeezed)
 
 
 def low_columns(strips: Strips, which: Integers) -> dict[str, Booleans]:
-    """Masks (k,) of the columns (k,) that are much lower than asked for, by the key of their reason."""
+    """Masks (k,) of the columns (k,) that are much lower than asked for, by the key of their reason.
+
+    Where layers end one by one along the wall, as they have to, columns are not low.
+    """
     columns, heights, every = strips.columns, strips.heights, np.arange(len(strips.columns))
     bare = (heights.most.count == 0) & columns.are_isotropic & ~columns.ends
     asked = np.where(columns.ends | bare, 0, heights.wanted)
+    beside_ends = gradual(columns, np.where(columns.ends, 0, heights.wanted.max(initial=0)))
     due, by_spacing = (gradual(columns, count) for count in (asked, np.minimum(asked, heights.most.spaced)))
     low = strips.reached < LOW * columns.tops(every, due)
-    # Beside a place where the spacing lets few layers be, the height changes gradually along the wall.
-    room = spread(columns, columns.tops(every, by_spacing))
-    one_more = columns.tops(every, np.minimum(heights.count + 1, columns.wanted))
-    as_spaced = (
-        low & ~columns.are_isotropic & (heights.factor == 1) & ((heights.count >= by_spacing) | (one_more > room))
-    )
-    found = {"edges": bare, "spacing": as_spaced, "others": low & ~as_spaced}
+    excused = ~(low | bare) & (strips.reached < LOW * columns.tops(every, np.minimum(asked, beside_ends)))
+    as_neighbours = excused | (low & _have_all(strips, due))
+    as_spaced = low & ~as_neighbours & _have_all(strips, by_spacing)
+    others = low & ~as_neighbours & ~as_spaced
+    found = {"edges": bare, "spacing": as_spaced, "neighbours": as_neighbours, "others": others}
     return {reason: mask[which] for reason, mask in found.items()}
+
+
+def _have_all(strips: Strips, most: Integers) -> Booleans:
+    """Mask (c,) of the columns with ``most`` (c,) layers, or all for which heights along the wall leave room.
+
+    These change gradually, so that columns beside few layers are lower than one layer more for each would make them.
+    """
+    columns, heights, every = strips.columns, strips.heights, np.arange(len(strips.columns))
+    room = spread(columns, columns.tops(every, most))
+    one_more = columns.tops(every, np.minimum(heights.count + 1, columns.wanted))
+    return (heights.factor == 1) & ((heights.count >= most) | (one_more > room))
 
 
 def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: Floats) -> tuple[Lack, ...]:
@@ -81,7 +103,7 @@ def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: 
     """
     found = list[Lack]()
     for reason, mine in low.items():
-        if mine.any():
+        if mine.mean() > LEAST_SHARES.get(reason, 0.0):
             weight = beside[which] if reason == "edges" else np.ones(len(which))
             found.append(Lack(reason, float(weight[mine].sum() / weight.sum()), **lowest(strips, which[mine])[0]))
     return tuple(found)

@@ -631,8 +631,7 @@ def test_the_share_of_a_wall_with_edges_below_the_first_height_is_told():
     row = layers_of(problem, "floor")
     (text,) = (text for text in problem.warnings if "layers on" in text)
     assert float(text.split("'floor': ")[1].split("%")[0]) == pytest.approx(50, abs=1)
-    assert row.low == pytest.approx(101 / row.columns, abs=0.01)
-    assert row.complete < 1 - row.low
+    assert 0.8 < row.low <= 1 - row.complete
     assert row.shortest[0]["layers"] == 0
 
 
@@ -658,6 +657,29 @@ def test_columns_that_part_are_not_said_to_end_by_the_height_of_their_layers():
     wire["holes"][0]["label"] = "wire"
     problem = prepared(wire, {"on": "wire", "first": 2e-4, "growth": 1.05, "count": 100}, spacing=0.01)
     assert [lack.reason for lack in layers_of(problem, "wire").lacks] == ["others"]
+
+
+def test_a_wall_whose_neighbour_has_few_layers_is_told_if_much_of_it_is_low():
+    """From 4 layers on it takes 41 columns to have 45 layers, and the wall has fewer."""
+    few = {"on": "left", "first": 0.004, "growth": 1.5, "count": 4}
+    many = {"on": "bottom", "first": 0.001, "growth": 1.1, "until": "isotropic"}
+    problem = prepared({"outer": {"rectangle": [0, 0, 3, 1], "labels": SIDES}}, many, few, spacing=0.08)
+    row = layers_of(problem, "bottom")
+    (lack,) = row.lacks
+    assert lack.reason == "neighbours"
+    assert lack.share == row.low > 0.8
+    assert layers_of(problem, "left").lacks == ()
+    (text,) = problem.warnings
+    assert "of the columns are less than half as high as asked for" in text
+    assert "since columns near them have few layers and neighbours differ by one at most" in text
+
+
+def test_few_columns_beside_a_neighbour_with_few_layers_are_not_told():
+    few = {"on": "left", "first": 0.004, "growth": 1.5, "count": 4}
+    many = {"on": "bottom", "first": 0.002, "growth": 1.3, "until": "isotropic"}
+    problem = prepared(CHANNEL, many, few, spacing=0.08)
+    assert 0 < layers_of(problem, "bottom").low < 0.25
+    assert problem.warnings == ()
 
 
 def test_each_place_is_told_once_among_the_lowest_columns():
