@@ -682,6 +682,19 @@ def test_few_columns_beside_a_neighbour_with_few_layers_are_not_told():
     assert problem.warnings == ()
 
 
+@pytest.mark.parametrize(("first", "growth", "told"), [(0.001, 1.2, False), (0.0004, 1.1, True)])
+def test_columns_that_part_are_complete_and_warned_of_above_ten(first, growth, told):
+    """Columns on a disc of the spacing's radius end where they would be twice as far apart as the spacing."""
+    wire = {"circle": {"center": [0, 0], "radius": 0.1}, "label": "wire"}
+    domain = {"outer": {"rectangle": [-1, -1, 1, 1]}, "holes": [wire]}
+    result = run(domain, {"on": "wire", "first": first, "growth": growth, "until": "isotropic"})
+    row = row_of(result, "wire")
+    assert row["complete"] == 1
+    assert row["across_front"] > 1.5
+    assert (row["across_front"] > 10) == told
+    assert any("times as high" in text for text in result.report["warnings"]) == told
+
+
 def test_each_place_is_told_once_among_the_lowest_columns():
     """All columns of the fan at a corner near a wall are short."""
     box = {"polygon": [[2, 0.02], [3, 1], [2, 1.9], [1, 1]], "label": "box"}
