@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from bubblemesh.parts.parted import Parted
 
 # Seconds for each node, with room for slow computers: to refine a coarse packing to the end, to measure and write it.
-FINISHING = 3e-5
+FINISHING = 2e-5
 LEAST_WORK = 0.05  # seconds that tell how much of the processor a run gets
 
 OnRound = Callable[[RoundRow], None]
