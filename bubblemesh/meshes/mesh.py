@@ -14,9 +14,10 @@ from bubblemesh.arrays import Booleans, Floats, Integers, different_rows
 from bubblemesh.errors import CaseError, MeshWarning
 from bubblemesh.meshes.edge_nodes import without_folds
 from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_edges
+from bubblemesh.meshes.metric import measures_of
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.quads import Cells, cells_of, require_pairs
-from bubblemesh.meshes.quality import Measures, Shape, radius_ratios, shape_quality
+from bubblemesh.meshes.quality import Shape, shape_quality
 from bubblemesh.records import record
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
@@ -81,6 +82,9 @@ class Mesh:
         Labels of open water, for the same formats; unless given, ``open`` and what begins with ``open_``.
     geographic : bool
         Whether the coordinates are longitudes and latitudes, for formats that tell.
+    fields : mapping of str to (t,)
+        Data of the triangles as they were made, which `write` and `plot` use: ``quality`` and ``target_spacing``, of a
+        mesh in a metric its tensors ``metric_11``, ``metric_12`` and ``metric_22``; none unless given.
     """
 
     points: Floats
@@ -103,6 +107,7 @@ class Mesh:
     metric: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     open_labels: tuple[str, ...] = ()
     geographic: bool = False
+    fields: Mapping[str, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require_pairs(self.triangles, self.quads)
@@ -217,12 +222,17 @@ class Mesh:
         return result, int(kept_straight.sum())
 
     def mapped(self, function: Callable[[Floats], Floats]) -> Self:
-        """The mesh with all of its points (n, 2) where a function takes them, as another system of coordinates."""
+        """The mesh with all of its points (n, 2) where a function takes them, as another system of coordinates.
+
+        It has neither the ``metric`` nor the ``fields``, which belong to the places before.
+        """
         return replace(
             self,
             points=function(self.points),
             facet_middles=function(self.facet_middles),
             curved_middles=function(self.curved_middles) if len(self.curved_middles) else self.curved_middles,
+            metric=self.metric[:0],
+            fields={},
         )
 
     def in_triangles(self) -> Self:
@@ -239,8 +249,12 @@ class Mesh:
         return replace(self, partition=Partition.of(self.points, self.triangles, parts, self.quads))
 
     def quality(self) -> Shape:
-        """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles."""
-        return shape_quality(Measures(self.points, self.triangles[:, :3]))
+        """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles.
+
+        Radius ratios are those in the metric if the mesh has one for its triangles; angles are those in space. Boundary
+        layers count, which reports leave out.
+        """
+        return shape_quality(measures_of(self.points, self.triangles[:, :3], self.fields))
 
     @classmethod
     def read(cls, path: Path | str) -> "Mesh":
@@ -249,7 +263,7 @@ class Mesh:
         Quadrilaterals are two triangles each, which are a pair of ``quads`` if they are convex. Triangles are turned
         counter-clockwise, edges of the boundary without a label are called ``boundary``, and a mesh without regions has
         the region ``domain``. Names that the file does not hold are taken from NAME.labels.json beside it. Of cells of
-        higher order the corners are read.
+        higher order the corners are read. Of the data of triangles ``fields`` has their metric, if there is one.
 
         Warns
         -----
@@ -335,14 +349,15 @@ class Mesh:
             Axes to draw into, of a figure of one's own; without them a figure is made.
         color : str, optional
             ``quality``, ``size``, ``spacing``, ``label``, ``material``, ``none`` or the name of a field; by default
-            the quality, or the size where there are too many triangles to see each.
+            the quality, or the size where there are too many triangles to see each. The quality is that in the metric
+            if the mesh has one for its triangles.
         title, style
             Text above the picture; ``screen`` or ``paper``.
         fields : mapping of str to (t,)
-            Data of the triangles, such as ``Result.fields``, which ``spacing`` needs.
+            More data of the triangles, or other data than the mesh's own ``fields``.
         **options
-            ``colormap``, ``limits``, ``edges``, ``nodes``, ``labels``, ``view``, ``width`` and ``dpi``, as the options
-            of ``bubblemesh plot``.
+            ``colormap``, ``limits``, ``edges``, ``nodes``, ``ellipses``, ``labels``, ``view``, ``width`` and ``dpi``,
+            as the options of ``bubblemesh plot``.
 
         Returns
         -------
@@ -359,7 +374,8 @@ class Mesh:
         from bubblemesh.pictures.plots import draw_into, draw_mesh, mesh_figure
         from bubblemesh.pictures.styles import PlotOptions
 
-        shown, data = PlotOptions(color=color, title=title, style=style, **options), MeshData(fields)
+        shown = PlotOptions(color=color, title=title, style=style, **options)
+        data = MeshData({**self.fields, **fields})
         if ax is not None:
             if path is not None:
                 raise CaseError("path: ax is drawn into a figure of your own: write that one by its savefig")
@@ -376,7 +392,9 @@ class Mesh:
     def write(self, path: Path | str, *, sidecars: bool = False) -> list[str]:
         """Write the mesh in the format of the path's ending, and return the names of the files: one in most formats.
 
-        Quadrilaterals are written as two triangles if the format does not hold them.
+        Formats that hold data of triangles get the ``fields``, in any case the quality, and STEM.sol is written beside
+        STEM.mesh for the metric at the nodes. Quadrilaterals are written as two triangles if the format does not hold
+        them.
 
         With ``sidecars`` there are also STEM.report.json with the figures of the mesh, and STEM.labels.json with the
         names of all groups if the format has numbers or other words for them.
@@ -390,7 +408,8 @@ class Mesh:
         """
         from bubblemesh.meshfiles.writing import write_alone, write_file
 
-        fields = {"quality": radius_ratios(self.points, self.triangles[:, :3])}
+        measures = measures_of(self.points, self.triangles[:, :3], self.fields)
+        fields = {"quality": measures.radius_ratios, **self.fields}
         if not sidecars:
             return write_alone(self, fields, Path(path))
         figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}

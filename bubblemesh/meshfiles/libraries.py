@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import FileError
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.meshes.metric import measures_of
 from bubblemesh.meshfiles.groups import cell_ids, cell_values, facet_ids, group_names, region_ids
 
 # What installs each library, by the name of its package.
@@ -54,7 +54,7 @@ def to_pyvista(mesh: Mesh) -> Any:
     kinds = np.repeat(each, [len(block) for block in blocks]).astype(np.uint8)
     grid = pyvista.UnstructuredGrid(np.concatenate(cells), kinds, in_space(mesh.points))
     grid.cell_data["group"] = np.concatenate([*(cell_ids(mesh, each) for each in mesh.cells), facet_ids(mesh)])
-    ratios = radius_ratios(mesh.points, mesh.triangles[:, :3])
+    ratios = measures_of(mesh.points, mesh.triangles[:, :3], mesh.fields).radius_ratios
     of_cells = [cell_values(ratios, each) for each in mesh.cells]
     grid.cell_data["quality"] = np.concatenate([*of_cells, np.full(len(mesh.facets), np.nan)])
     grid.field_data["groups"] = list(group_names(mesh))

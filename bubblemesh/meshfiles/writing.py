@@ -81,8 +81,7 @@ def write_files(
                 format_named(form).write_slices(mesh, path)
             else:
                 format_named(form).write(mesh, fields, path)
-        for end, text in tables.items():
-            (staging / f"{name}{end}").write_text(text, encoding="utf-8")
+        _write_tables(tables, staging, name)
         written = _completed(report, files, "writing", perf_counter() - begun)
         if page is not None:
             begun = perf_counter()
@@ -106,7 +105,7 @@ def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path
 
 
 def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
-    """Write a mesh in the format of the path's ending with nothing beside it, and return the names of its files.
+    """Write a mesh in the format of the path's ending without a report or labels, and return the names of its files.
 
     Errors as of `write_files`.
     """
@@ -114,9 +113,16 @@ def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
     require_order([form], mesh.order)
     _check_name(stem)
     enter("writing")
+    metric = _metric(mesh, [form])
     with transaction(path.parent) as staging:
         format_named(form).write(mesh, fields, staging / path.name)
-    return [stem + end for end in format_named(form).ends(_parts(mesh))]
+        _write_tables(metric, staging, stem)
+    return [stem + end for end in (*format_named(form).ends(_parts(mesh)), *metric)]
+
+
+def _write_tables(tables: Mapping[str, str], folder: Path, name: str) -> None:
+    for end, text in tables.items():
+        (folder / f"{name}{end}").write_text(text, encoding="utf-8")
 
 
 def _parts(mesh: Mesh | SlicedMesh) -> int:

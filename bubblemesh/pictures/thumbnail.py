@@ -5,6 +5,7 @@ from html import escape
 
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.messages import printable
+from bubblemesh.pictures.colouring import MeshData
 from bubblemesh.pictures.plots import small_png
 from bubblemesh.pictures.styles import PlotOptions
 
@@ -18,5 +19,5 @@ def thumbnail(mesh: Mesh) -> str:
     (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
     if len(mesh.triangles) > MOST_DRAWN or not (x0 < x1 and y0 < y1):
         return words
-    picture = base64.b64encode(small_png(mesh, SMALL)).decode()
+    picture = base64.b64encode(small_png(mesh, SMALL, MeshData(mesh.fields))).decode()
     return f'<div><img alt="" src="data:image/png;base64,{picture}">{words}</div>'

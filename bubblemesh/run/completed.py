@@ -8,6 +8,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.problem.problem import Problem
+from bubblemesh.run.measured import Measured
 from bubblemesh.run.water import WaterRow, depths_of
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
@@ -32,8 +33,9 @@ class Completed(NamedTuple):
             return self._replace(mesh=self.mesh.partitioned(parts))
 
 
-def completed(mesh: Mesh | SlicedMesh, problem: Problem) -> Completed:
-    """The mesh with what its case asks for beside nodes and triangles; in slices it is complete as it is."""
+def completed(found: Measured, problem: Problem) -> Completed:
+    """The mesh with its data and what its case asks for beside nodes and triangles; in slices it is complete."""
+    mesh = found.mesh
     if not isinstance(mesh, Mesh):
         return Completed(mesh)
     task, plane, straight, water = problem.task, problem.domain.plane, 0, None
@@ -44,9 +46,10 @@ def completed(mesh: Mesh | SlicedMesh, problem: Problem) -> Completed:
     if task.depth is not None:
         mesh = replace(mesh, depth=depths_of(mesh, task.depth))
         water = WaterRow.of(mesh, mesh.depth)
+    metric = mesh.metric
     # Tensors belong to the plane of the packing.
     if isinstance(problem.spacing, MetricSpacing) and (plane is None or not plane.target):
-        mesh = replace(mesh, metric=problem.spacing.at(mesh.points))
+        metric = problem.spacing.at(mesh.points)
     if plane is not None:
         mesh = replace(mesh.mapped(plane.written), geographic=plane.writes_degrees)
-    return Completed(mesh, straight, water)
+    return Completed(replace(mesh, metric=metric, fields=found.fields), straight, water)

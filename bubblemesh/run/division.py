@@ -8,8 +8,9 @@ from typing import Any
 from bubblemesh import __version__
 from bubblemesh.errors import located
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.metric import measures_of
 from bubblemesh.meshes.partition import Partition
-from bubblemesh.meshes.quality import Measures, mesh_figures
+from bubblemesh.meshes.quality import mesh_figures
 from bubblemesh.meshfiles.formats import FORMATS, formats_by_ending
 from bubblemesh.meshfiles.groups import Fields
 from bubblemesh.meshfiles.whole import whole_mesh
@@ -19,7 +20,7 @@ from bubblemesh.records import record
 
 @record
 class DividedFile:
-    """A mesh with its partition, the quality of its triangles, figures for a report, and the stem of its file."""
+    """A mesh with its partition, data of its triangles, figures for a report, and the stem of its file."""
 
     mesh: Mesh
     fields: Fields
@@ -33,7 +34,7 @@ def divided_file(path: Path, parts: int) -> DividedFile:
     with located(str(path)):
         partition = Partition.of(mesh.points, mesh.triangles, parts, mesh.quads)
         mesh = replace(mesh, partition=partition)
-    measures = Measures(mesh.points, mesh.triangles)
+    measures = measures_of(mesh.points, mesh.triangles, mesh.fields)
     report = {
         "case": path.name,
         "version": __version__,
@@ -42,4 +43,5 @@ def divided_file(path: Path, parts: int) -> DividedFile:
         "warnings": [*(f"{path}: {note}" for note in notes), *divided_by_geometry(partition)],
     }
     end = next((FORMATS[form].files[0] for form in formats_by_ending(path.name)), path.suffix)
-    return DividedFile(mesh, {"quality": measures.radius_ratios}, report, path.name.removesuffix(end))
+    fields = {"quality": measures.radius_ratios, **mesh.fields}
+    return DividedFile(mesh, fields, report, path.name.removesuffix(end))

@@ -42,7 +42,9 @@ class Result:
     mesh : Mesh
         Of the order that the case asks for, with its partition if it asks for one.
     fields : dict of str to (t,)
-        ``quality`` and ``target_spacing`` of the triangles.
+        Data of the triangles, which the mesh has as well: ``quality`` and ``target_spacing``; ``layer``, the number of
+        the boundary layer, 0 for none, if the case asks for any; in a metric its tensors ``metric_11``, ``metric_12``
+        and ``metric_22``, unless coordinates are written in another system than that of the plane.
     report : Report
     speeds : tuple of (iterations,)
         Mean speeds of the bubbles after each step, for each round.
@@ -138,7 +140,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
     problem, task, seconds = best.problem, best.problem.task, dict(best.seconds)
     with timed(seconds, "quality"):
         found = measured(best.packed, problem)
-        done = completed(found.mesh, problem)
+        done = completed(found, problem)
     if task.partition is not None:
         with timed(seconds, "partition"):
             done = done.divided(task.partition)

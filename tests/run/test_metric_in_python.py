@@ -1,0 +1,78 @@
+"""Meshes in a metric as Python programs have them: their measures, files and pictures."""
+
+import json
+
+import numpy as np
+import pytest
+from commands import command
+from metrics import FRONT
+
+import bubblemesh
+from bubblemesh import load_case, mesh_case
+from bubblemesh.meshes.metric import ENTRIES
+from bubblemesh.meshes.quality import radius_ratios
+
+CASE = {"domain": {"outer": {"rectangle": [0, 0, 1, 1]}}, "spacing": 0.06, "packing": {"effort": "fast"}}
+
+
+def loaded(folder, metric=FRONT):
+    (folder / "m.yaml").write_text(json.dumps(CASE | {"metric": metric}))
+    return load_case(folder / "m.yaml")
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    return mesh_case(loaded(tmp_path_factory.mktemp("case")))
+
+
+@pytest.mark.parametrize("end", ["vtu", "mesh", "pos", "msh"])
+@pytest.mark.parametrize("metric", [FRONT, None])
+def test_a_mesh_writes_what_the_command_writes(tmp_path, end, metric):
+    mesh = mesh_case(loaded(tmp_path, metric)).mesh
+    code, _, told = command("run", tmp_path / "m.yaml", "-q", "-o", tmp_path / "there" / f"a.{end}")
+    assert code == 0, told
+    files = mesh.write(tmp_path / "here" / f"a.{end}")
+    assert files == [f"a.{end}"] + (["a.sol"] if end == "mesh" and metric else [])
+    assert sorted(files) == sorted(path.name for path in (tmp_path / "here").iterdir())
+    for name in files:
+        assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
+
+
+def test_the_quality_is_that_in_the_metric(result):
+    found, told = result.mesh.quality(), result.report["quality"]
+    assert (found.mean, found.p01, found.min) == pytest.approx((told["mean"], told["p01"], told["min"]), rel=1e-12)
+    assert found.angle_min == pytest.approx(told["angle_min"])
+    assert found.mean > 1.02 * radius_ratios(result.mesh.points, result.mesh.triangles).mean()
+    second = result.mesh.second_order()[0]
+    assert second.quality() == found
+
+
+def test_pictures_show_the_metric(result):
+    _, scale = result.mesh.plot(ellipses=True).axes
+    assert scale.get_ylabel().startswith("radius ratio in the metric")
+    _, scale = result.mesh.plot(color="spacing").axes
+    assert scale.get_ylabel().startswith("edge length / spacing")
+
+
+def test_a_mesh_at_other_places_has_neither_metric_nor_data(result):
+    moved = result.mesh.mapped(lambda points: 2 * points)
+    assert (len(moved.metric), dict(moved.fields)) == (0, {})
+    assert moved.quality().mean == pytest.approx(radius_ratios(result.mesh.points, result.mesh.triangles).mean())
+
+
+def test_data_of_the_mesh_is_that_of_the_result(result):
+    assert set(result.mesh.fields) == {"quality", "target_spacing", *ENTRIES} == set(result.fields)
+    for name, values in result.fields.items():
+        np.testing.assert_array_equal(result.mesh.fields[name], values)
+    assert bubblemesh.mesh([(0, 0), (1, 0), (0, 1)], 0.3).fields.keys() == {"quality", "target_spacing"}
+
+
+def test_a_mesh_of_a_file_keeps_the_metric_of_its_triangles(result, tmp_path):
+    result.mesh.write(tmp_path / "a.vtu")
+    read = bubblemesh.Mesh.read(tmp_path / "a.vtu")
+    assert read.quality().mean == pytest.approx(result.mesh.quality().mean)
+    code, text, told = command("partition", tmp_path / "a.vtu", 2, "-o", tmp_path / "b.vtu", "--json", "-q")
+    assert code == 0, told
+    assert json.loads(text)["quality"]["mean"] == pytest.approx(read.quality().mean)
+    again = bubblemesh.Mesh.read(tmp_path / "b.vtu")
+    np.testing.assert_allclose(again.fields["metric_11"], result.fields["metric_11"])
