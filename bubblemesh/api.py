@@ -20,7 +20,7 @@ from bubblemesh.problem.python.domain import Drawing, Geometry, Labels
 from bubblemesh.problem.python.progress import in_steps
 from bubblemesh.problem.python.spacing import Wanted, spacing_of
 from bubblemesh.problem.python.task import MAX_NODES, Wishes
-from bubblemesh.problem.spacing import with_areas_below
+from bubblemesh.problem.spacing import values_of, with_areas_below, with_metrics
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem
 from bubblemesh.run.report import RoundRow
 
@@ -46,6 +46,7 @@ def mesh(
     angle_min: float = 0.0,
     largest: float | None = None,
     layers: Sequence[Mapping[str, Any]] = (),
+    metric: Mapping[str, Any] | Sequence[Mapping[str, Any]] = (),
     progress: Callable[[float], object] = lambda share: None,
 ) -> Mesh:
     """Mesh a domain.
@@ -68,7 +69,8 @@ def mesh(
         As of a ring in a case file: only vertices that turn by more than ``corners`` degrees are nodes, what is between
         them is spaced anew, ``smooth`` along a spline, and at most the ``tolerance`` from the ring.
     method, packing, schedule
-        As in a case file; ``seed`` and ``effort`` are short for those of ``packing``.
+        As in a case file; ``seed`` and ``effort`` are short for those of ``packing``. With a ``metric`` the method is
+        ``ellipses``; without one this packs circles.
     max_nodes : int
     nodes : int, optional
         Number of nodes that the mesh gets, within 2 %: the spacing is scaled for it.
@@ -78,6 +80,9 @@ def mesh(
         Largest area of a triangle.
     layers : sequence of mappings, optional
         Boundary layers, each as an entry of ``layers`` in a case file: ``{"on": "outer", "first": 1e-3, "count": 8}``.
+    metric : mapping or sequence of mappings, optional
+        Sizes that depend on the direction, as under ``metric`` in a case file, whose files are relative to the working
+        directory: ``{"angle": 0.5, "across": 0.01}``. The spacing is the largest size in any direction.
     progress : callable, optional
         Is told what share of the packing is done, at each hundredth up to 1; with ``nodes`` there may be several
         packings one after the other.
@@ -90,9 +95,9 @@ def mesh(
     Raises
     ------
     CaseError
-        If the spacing is not positive and finite everywhere, or a term of it or another argument is wrong.
+        If the spacing or the metric is not positive and finite everywhere, or a term or another argument is wrong.
     FileError
-        If a file that the spacing names cannot be read.
+        If a file that the spacing or the metric names cannot be read.
     GeometryError
         If the rings are empty or invalid, or overlap.
     LimitError
@@ -101,7 +106,7 @@ def mesh(
         If ``angle_min`` or ``largest`` cannot be reached.
     """
     drawing = Drawing(geometry, holes, labels, corners, smooth, tolerance)
-    wishes = Wishes(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers)
+    wishes = Wishes(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
     with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"):
         told = in_steps(progress)
         result = mesh_problem(_problem(drawing, spacing, wishes), on_share=told)
@@ -118,7 +123,9 @@ def _problem(drawing: Drawing, spacing: Wanted, wishes: Wishes) -> Problem:
     tell_places_by(None)  # no longer as the coordinates of a case that was meshed before
     task, domain = wishes.task(), drawing.domain()
     task = replace(task, ladders=wishes.ladders(domain))
-    wanted = with_areas_below(spacing_of(spacing, domain), domain, wishes.largest, {})
+    metrics = wishes.metrics()
+    wanted = with_areas_below(spacing_of(spacing, domain, values_of(metrics)), domain, wishes.largest, {})
+    wanted = with_metrics(wanted, metrics, domain, None)
     if wishes.nodes is not None:
         wanted = replace(wanted, nodes=int(wishes.nodes))
     return prepare_in(domain, wanted, task, {}, Key(["nodes"]))

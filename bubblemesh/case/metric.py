@@ -1,13 +1,16 @@
 """Metrics of a case file: spacings that depend on the direction, of which the smallest counts in each direction."""
 
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import Bounds, DataTerm, OneOrMore
+from bubblemesh.case.data_terms import Bounds, DataTerm, OneOrMore, several
+from bubblemesh.case.faults import problems
 from bubblemesh.case.fields import Choice, InputFile, Label, Number, Positive, Strict, Text
 from bubblemesh.case.spacing import ExpressionText, SpacingValue
+from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
 
@@ -85,3 +88,17 @@ AnyMetric = Annotated[
     Discriminator(KINDS.tag),
     BeforeValidator(KINDS.checked),
 ]
+
+
+class _Given(Strict):
+    """Parent of the metrics that a program gives, with whose key messages start."""
+
+    metric: OneOrMore[AnyMetric] = Field(description="The metric, or several.")
+
+
+def metric_entries(metric: Mapping[str, Any] | Sequence[Any]) -> tuple[AnyMetric, ...]:
+    """Metrics that a program gives as a mapping or several; each line of a CaseError's message names a key."""
+    try:
+        return several(_Given.model_validate({"metric": metric}).metric)
+    except ValidationError as error:
+        raise CaseError("\n".join(problems(error, _Given, lambda path: ""))) from None

@@ -94,13 +94,12 @@ def _with_fewer_nodes(straight: MetricSpacing, bent: MetricSpacing, domain: Doma
 
 
 def metric_requests(
-    metric: AnyMetric | tuple[AnyMetric, ...], domain: Domain, root: Path | None, rasters: Rasters
+    models: Sequence[AnyMetric], domain: Domain, root: Path | None, rasters: Rasters
 ) -> tuple[MetricRequest, ...]:
     """The metrics of a case in a domain; CaseError, with the key, for labels or rasters that it has not.
 
     Files are read below the ``root`` of an untrusted case only.
     """
-    models: tuple[AnyMetric, ...] = several(metric)
     found = list[MetricRequest]()
     for number, model in enumerate(models):
         with own_files(model, root):

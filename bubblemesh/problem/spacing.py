@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import partial
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.depth import DepthKeys, NodeDepthKeys
+from bubblemesh.case.metric import AnyMetric
 from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms, Value, as_terms
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.distance.distances import (
@@ -69,31 +71,31 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
         if (value := case.domain.regions[int(region.key[2])].spacing) is not None
     }
     with own_files(case.spacing_terms, case.root):
-        request = spacing_request(case.spacing, domain, own, case.output.node_depth, list(_metric_values(case)))
+        request = spacing_request(case.spacing, domain, own, case.output.node_depth, values_of(several(case.metric)))
     request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
     if domain.plane is not None:
         request = replace(request, at=on_the_ground(request.at, domain.plane))
-    metrics = _metrics(case, domain, request.rasters)
-    notes = (note for metric in metrics for note in metric.notes)
-    return replace(request, warnings=(*case.warnings, *request.warnings, *notes), metrics=metrics)
+    request = replace(request, warnings=(*case.warnings, *request.warnings))
+    return with_metrics(request, several(case.metric), domain, case.root)
 
 
-def _metric_values(case: Case) -> Iterator[Value]:
-    """Values in the metrics of a case."""
-    for model in several(case.metric):
-        for value in vars(model).values():
-            if isinstance(value, Expression):
-                yield value
+def values_of(metrics: Sequence[AnyMetric]) -> list[Value]:
+    """Expressions in metrics, which may name rasters."""
+    return [value for model in metrics for value in vars(model).values() if isinstance(value, Expression)]
 
 
-def _metrics(case: Case, domain: Domain, rasters: Rasters) -> "tuple[MetricRequest, ...]":
-    """The metrics of a case, if it has any."""
-    if case.metric is None:
-        return ()
+def with_metrics(
+    request: SpacingRequest, metrics: Sequence[AnyMetric], domain: Domain, root: Path | None
+) -> SpacingRequest:
+    """The request in metrics, if there are any, with notes on their files; errors as of `metric_requests`."""
+    if not metrics:
+        return request
     # Imported here since few cases have a metric.
     from bubblemesh.problem.metric import metric_requests
 
-    return metric_requests(case.metric, domain, case.root, rasters)
+    found = metric_requests(metrics, domain, root, request.rasters)
+    notes = (note for metric in found for note in metric.notes)
+    return replace(request, warnings=(*request.warnings, *notes), metrics=found)
 
 
 def largest_areas(case: Case, domain: Domain) -> dict[str, float]:

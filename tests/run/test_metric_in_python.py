@@ -4,11 +4,13 @@ import json
 
 import numpy as np
 import pytest
+import shapely
 from commands import command
 from metrics import FRONT
 
 import bubblemesh
 from bubblemesh import load_case, mesh_case
+from bubblemesh.errors import BubblemeshError
 from bubblemesh.meshes.metric import ENTRIES
 from bubblemesh.meshes.quality import radius_ratios
 
@@ -76,3 +78,37 @@ def test_a_mesh_of_a_file_keeps_the_metric_of_its_triangles(result, tmp_path):
     assert json.loads(text)["quality"]["mean"] == pytest.approx(read.quality().mean)
     again = bubblemesh.Mesh.read(tmp_path / "b.vtu")
     np.testing.assert_allclose(again.fields["metric_11"], result.fields["metric_11"])
+
+
+def test_a_metric_without_a_case_file_gives_the_same_mesh(result):
+    mesh = bubblemesh.mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 0.06, metric=FRONT, effort="fast")
+    np.testing.assert_array_equal(mesh.points, result.mesh.points)
+    np.testing.assert_array_equal(mesh.fields["metric_12"], result.fields["metric_12"])
+
+
+def test_several_metrics_and_rasters_of_the_spacing_are_taken(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    np.savez("m.npz", x=np.array([0.0, 1.0]), y=np.array([0.0, 1.0]), m11=np.full((2, 2), 0.05**-2.0))
+    spacing = {"value": 0.1, "raster": {"file": "m.npz", "name": "m11"}}
+    metrics = [{"m11": "raster.m11", "m22": np.float64(100)}, {"angle": 0, "across": np.float64(0.04)}]
+    mesh = bubblemesh.mesh(shapely.box(0, 0, 1, 1), spacing, metric=metrics, nodes=600, effort="fast")
+    assert len(mesh.points) == pytest.approx(600, rel=0.02)
+    np.testing.assert_allclose(mesh.fields["metric_22"] / mesh.fields["metric_11"], (5 / 4) ** 2, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        ({"metric": {"angle": 0.5}}, r"^mesh\(\): metric\.across: "),
+        ({"metric": 3}, r"^mesh\(\): metric: "),
+        ({"metric": [{"m11": -1, "m22": 1}]}, r"^mesh\(\): metric: is not positive definite and finite at \("),
+        ({"metric": {"m11": "raster.a", "m22": 1}}, r"^mesh\(\): metric\.m11: .*there is no raster 'a'"),
+        ({"metric": {"like": "boundary", "label": "wall", "across": 0.1}}, r"^mesh\(\): metric\.label: .*'wall'"),
+        ({"metric": FRONT, "method": "bpm"}, r"^mesh\(\): method: bpm packs no metric"),
+        ({"metric": FRONT, "angle_min": 20}, r"^mesh\(\): angle_min: does not go with a metric"),
+        ({"metric": {"file": "missing.vtu"}}, r"^mesh\(\): metric: .*missing\.vtu"),
+    ],
+)
+def test_a_metric_that_is_none_is_told_with_its_key(arguments, match):
+    with pytest.raises(BubblemeshError, match=match):
+        bubblemesh.mesh(shapely.box(0, 0, 1, 1), 0.1, **arguments)

@@ -1,13 +1,13 @@
 """Spacings of Python programs: numbers, expressions, mappings of terms, and functions of their own, checked."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, unmasked
-from bubblemesh.case.spacing import checked_terms
+from bubblemesh.case.spacing import Value, checked_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.distance.distances import distance_to_labels
 from bubblemesh.geometry.domain import Domain
@@ -20,10 +20,13 @@ from bubblemesh.spacing.terms.combination import Combination, Term, costly
 Wanted = float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any]
 
 
-def spacing_of(spacing: Wanted, domain: Domain) -> SpacingRequest:
-    """The spacing, whose values are checked, and its rules; CaseError where it is none of the four."""
+def spacing_of(spacing: Wanted, domain: Domain, others: Sequence[Value] = ()) -> SpacingRequest:
+    """The spacing, whose values are checked, and its rules; CaseError where it is none of the four.
+
+    ``others`` are values beside it that may name its rasters.
+    """
     if isinstance(spacing, Mapping):
-        return spacing_request(checked_terms(plain(spacing)), domain)
+        return spacing_request(checked_terms(plain(spacing)), domain, others=others)
     term: Term = _Checked(spacing) if callable(spacing) else _expression(spacing, domain)
     return SpacingRequest(partial(_scaled, term))
 

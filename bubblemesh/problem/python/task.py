@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bubblemesh.case.layers import layer_entries
-from bubblemesh.case.models import Limits
+from bubblemesh.case.metric import AnyMetric, metric_entries
+from bubblemesh.case.models import IN_METRIC, MULTILEVEL, Limits
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.configure import OptionError, configured
@@ -25,7 +26,7 @@ MAX_NODES = Limits().max_nodes
 class Wishes:
     """Wishes of a program beside a domain and a spacing; fields are arguments of `bubblemesh.mesh`."""
 
-    method: str = "multilevel"
+    method: str = MULTILEVEL
     packing: Mapping[str, Any] | None = None
     schedule: Mapping[str, Any] | None = None
     seed: int | None = None
@@ -35,6 +36,16 @@ class Wishes:
     angle_min: float = 0.0
     largest: float | None = None
     layers: Sequence[Mapping[str, Any]] = ()
+    metric: Mapping[str, Any] | Sequence[Mapping[str, Any]] = ()
+
+    @property
+    def method_name(self) -> str:
+        """Name of the method: with a metric it is the one that packs it, unless another one is wanted."""
+        return IN_METRIC if self.metric and self.method == MULTILEVEL else self.method
+
+    def metrics(self) -> tuple[AnyMetric, ...]:
+        """Metrics as a case file has them, if there are any; CaseError if a key of one is wrong."""
+        return metric_entries(plain(self.metric)) if self.metric else ()
 
     def ladders(self, domain: Domain) -> "tuple[Ladder, ...]":
         """Boundary layers in the domain; CaseError if a key or a label of one is wrong."""
@@ -51,11 +62,11 @@ class Wishes:
         method = self._method()
         return Task(
             "mesh",
-            self.method,
+            self.method_name,
             lambda: method,
             int(self.max_nodes),
             None,
-            {"method": self.method, "limits": {"max_nodes": int(self.max_nodes)}},
+            {"method": self.method_name, "limits": {"max_nodes": int(self.max_nodes)}},
             least_angle=float(self.angle_min),
             largest=np.inf if self.largest is None else float(self.largest),
         )
@@ -82,7 +93,7 @@ class Wishes:
         for key in short.keys() & packing.keys():
             raise CaseError(f"{key}: is given twice, also as packing[{key!r}]: drop one of them")
         try:
-            return configured(self.method, packing | short, schedule)
+            return configured(self.method_name, packing | short, schedule)
         except OptionError as error:
             place = error.key if error.key in short else ".".join(filter(None, (error.section, error.key)))
             raise CaseError(f"{place}: {error.message}") from None
