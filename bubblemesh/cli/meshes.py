@@ -10,7 +10,7 @@ import typer
 from bubblemesh.cli.completion import quantities, styles
 from bubblemesh.cli.options import AsJson, FormatsNamed, Output, Quiet, SolversNamed
 from bubblemesh.cli.stdio import mesh_stream, write_json
-from bubblemesh.errors import CaseError, located
+from bubblemesh.errors import CaseError, located, prefixed
 
 if TYPE_CHECKING:
     from bubblemesh.arrays import Floats, Integers
@@ -62,16 +62,19 @@ def quality(
 
 
 def in_metric(mesh: Path, as_json: bool) -> None:
-    """Report the quality of a mesh in the metric of its triangles, which its file holds, but for boundary layers."""
+    """Report the quality of a mesh in the metric that its file holds, but for boundary layers."""
     import numpy as np
 
     from bubblemesh import console
     from bubblemesh.console.report import show_quality
-    from bubblemesh.meshes.metric import ENTRIES, MeasuresInMetric, measures_of, spacing_along_edges
-    from bubblemesh.meshes.quality import LAYER, mesh_figures
+    from bubblemesh.meshes.metric import MeasuresInMetric, figures_in_metric, measures_of
+    from bubblemesh.meshes.quality import LAYER
+    from bubblemesh.meshfiles.metric import with_metric
     from bubblemesh.meshfiles.read import read_mesh
 
     read = read_mesh(mesh)
+    with prefixed(f"--metric: {mesh}"):
+        read = with_metric(read)
     points, triangles = read.mesh.points, read.mesh.triangles[:, :3]
     console.warn([*chosen(mesh, read.notes, read.left_out), *turned(mesh, points, triangles)])
     packed = read.cell_data.get(LAYER, np.zeros(len(triangles))) == 0
@@ -79,9 +82,8 @@ def in_metric(mesh: Path, as_json: bool) -> None:
         console.warn([f"{mesh}: {np.count_nonzero(~packed)} triangles of boundary layers are left out, as in reports"])
     data = {name: values[packed] for name, values in read.cell_data.items()}
     measures = measures_of(points, triangles[packed], data)
-    if not isinstance(measures, MeasuresInMetric):
-        raise CaseError(f"--metric: {mesh} holds no metric: its triangles need the data {', '.join(ENTRIES)}")
-    figures = mesh_figures(measures, lambda points, edges: spacing_along_edges(measures))
+    assert isinstance(measures, MeasuresInMetric)
+    figures = figures_in_metric(measures)
     if as_json:
         write_json(figures)
     else:
@@ -159,6 +161,7 @@ def plot(
     """Draw a triangle mesh as a picture."""
     from bubblemesh import console
     from bubblemesh.console.report import show_files
+    from bubblemesh.meshfiles.metric import with_metric
     from bubblemesh.meshfiles.read import read_mesh
     from bubblemesh.pictures.start import load_without_help
 
@@ -187,6 +190,7 @@ def plot(
     read = read_mesh(mesh)
     console.warn(chosen(mesh, read.notes, read.left_out))
     try:
+        read = with_metric(read) if ellipses else read
         figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
     except PlotOptionError as error:
         raise CaseError(f"--{error.option}: {error.problem}") from None

@@ -2,14 +2,15 @@
 
 from collections.abc import Mapping
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.tensors import lengths, mapped, roots
 from bubblemesh.meshes.edges import numbered_edges
-from bubblemesh.meshes.quality import Measures
-from bubblemesh.meshes.tensors import determinants
+from bubblemesh.meshes.quality import Measures, edge_ratios, mesh_figures
+from bubblemesh.meshes.tensors import axes, determinants, logarithms, of_logarithms
 from bubblemesh.records import record
 
 SHORTEST, LONGEST = 0.5**0.5, 2.0**0.5  # edges between are as long as they should be: none is better halved or joined
@@ -61,6 +62,18 @@ def node_tensors(triangles: Integers, tensors: Floats, n: int) -> Floats:
         return np.column_stack([i22, -i12, i11]) / (i11 * i22 - i12 * i12)[:, None]
 
 
+def nodes_of_triangles(triangles: Integers, tensors: Floats, n: int) -> Floats:
+    """Tensors (n, 3) of nodes, each of a triangle: the mean, by logarithms, of those (t, 3) of the triangles around."""
+    nodes, count = triangles[:, :3].T.ravel(), np.bincount(triangles[:, :3].ravel(), minlength=n)
+    means = [np.bincount(nodes, np.tile(part, 3), n) / count for part in logarithms(tensors).T]
+    return of_logarithms(np.column_stack(means)).tensors
+
+
+def triangles_of_nodes(triangles: Integers, tensors: Floats) -> Floats:
+    """Tensors (t, 3) at the centroids of triangles, whose nodes have tensors (n, 3): their logarithms are linear."""
+    return of_logarithms(logarithms(tensors)[triangles[:, :3]].mean(axis=1)).tensors
+
+
 def spacing_along_edges(measures: MeasuresInMetric) -> Floats:
     """Spacing (e,) in the direction of each edge, as of `unique_edges`, in the metric of the triangles there."""
     points, triangles = measures.points, measures.triangles
@@ -75,3 +88,16 @@ def measures_of(points: Floats, triangles: Integers, fields: Mapping[str, Floats
     """Measures of triangles (t, 3) between points (n, 2), in the metric that is among their data (t,), if one is."""
     tensors = tensors_in(fields)
     return Measures(points, triangles) if tensors is None else MeasuresInMetric(points, triangles, tensors)
+
+
+def share_within(ratios: Floats) -> float:
+    """Share of the edges that are as long as they should be, for lengths (e,) in the metric."""
+    return float(((ratios >= SHORTEST) & (ratios <= LONGEST)).mean())
+
+
+def figures_in_metric(measures: MeasuresInMetric) -> dict[str, Any]:
+    """Figures of a mesh in the metric of its triangles, as a report holds them."""
+    wanted = spacing_along_edges(measures)
+    figures = mesh_figures(measures, lambda points, edges: wanted)
+    within = share_within(edge_ratios(measures.points, measures.edges[0], wanted))
+    return {**figures, "metric": {"aspect": float(axes(measures.tensors).aspects.max()), "edges_within": within}}

@@ -1,11 +1,14 @@
 """Symmetric tensors in the plane, as rows (m11, m12, m22), and the axes of their ellipses."""
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import CaseError
 from bubblemesh.kernels.tensors import lengths, mean_lengths, roots
+from bubblemesh.messages import place
 
 
 class Axes(NamedTuple):
@@ -105,6 +108,28 @@ def symmetric(across: Floats, along: Floats, direction: Floats) -> Floats:
     """Symmetric tensors (n, 3) with eigenvalues (n,) across and along unit vectors (n, 2)."""
     (tx, ty), a, b = direction.T, along, across
     return np.column_stack([a * tx * tx + b * ty * ty, (a - b) * tx * ty, a * ty * ty + b * tx * tx])
+
+
+def require_positive_definite(d: Floats, where: Callable[[int], Sequence[float]]) -> None:
+    """CaseError unless ellipses have diameters d (n,), those of circles of their areas, with ``where`` one has none."""
+    bad = np.flatnonzero(~(np.isfinite(d) & (d > 0)))
+    if len(bad):
+        raise CaseError(
+            f"is not positive definite and finite at {place(where(int(bad[0])))}: there a size is zero, negative or no "
+            "number, or m12 is too large"
+        )
+
+
+def logarithms(tensors: Floats) -> Floats:
+    """Entries 11, 12 and 22 (n, 3) of the logarithms of positive tensors (n, 3)."""
+    across, along, direction = axes(tensors)
+    return symmetric(-2 * np.log(across), -2 * np.log(along), direction)
+
+
+def of_logarithms(entries: Floats) -> Axes:
+    """Axes of the ellipses of tensors whose logarithms have the entries (n, 3)."""
+    strong, weak, direction = eigen(entries)
+    return Axes(np.exp(-strong / 2), np.exp(-weak / 2), direction)
 
 
 def intersections(some: Floats, others: Floats) -> Floats:

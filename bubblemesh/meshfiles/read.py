@@ -197,13 +197,9 @@ def read_mesh(path: Path) -> MeshWithData:
         open_labels=tuple(label for label in labels if label in source.open_sets),
         geographic=source.geographic,
     )
-    cell_data = {
-        name: np.concatenate([np.asarray(data[k]) for k in file.faces])[file.cells]
-        for name, data in source.cell_data.items()
-    }
     point_data = {name: np.asarray(values)[file.nodes] for name, values in source.point_data.items()}
     higher = any(source.cells[k].type not in LINEAR for k in file.faces)
-    return MeshWithData(mesh, _numbers(cell_data), _numbers(point_data), file.left_out, source.notes, higher)
+    return MeshWithData(mesh, cell_data_of(file), _numbers(point_data), file.left_out, source.notes, higher)
 
 
 def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
@@ -219,6 +215,12 @@ def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
     kept = (edges >= 0).all(axis=1)  # an edge with a node that is in no triangle is no side of one
     numbers, label = np.unique(label[kept], return_inverse=True)
     return edges[kept], label, tuple(labels[k] for k in numbers)
+
+
+def cell_data_of(file: MeshFile) -> dict[str, Floats]:
+    """Data (t,) or (t, k) of the triangles of a file, by name: that of their cells which are numbers."""
+    data = file.source.cell_data.items()
+    return _numbers({name: np.concatenate([np.asarray(of[k]) for k in file.faces])[file.cells] for name, of in data})
 
 
 def _numbers(data: Mapping[str, Any]) -> dict[str, Floats]:
@@ -255,7 +257,7 @@ def read_field(path: Path, name: str | None) -> FieldData:
     known = list(dict.fromkeys([*source.point_data, *source.cell_data]))
     if name is not None and name not in known:
         raise CaseError(f"{path}: has no data {name!r}: it has {', '.join(known) or 'none'}")
-    data = _own_names(known)
+    data = own_names(known)
     if name is None and not data:
         raise CaseError(f"{path}: has no data: write values at its nodes or of its cells")
     if name is None and len(data) != 1:
@@ -282,14 +284,22 @@ def read_nodal_field(path: Path, name: str | None, chosen_by: str = "--field") -
     """Read the data ``name`` at the nodes of a mesh file of triangles, or the only data that is there.
 
     Nodes that the file has once for each cell are one where their values agree; of triangles of higher order the
-    corners count. Users give a name by ``chosen_by``. FileError as of `read_triangles`, and for faces of other kinds;
-    CaseError if the name is needed, unknown, or one of data that is not given by real numbers at the nodes, or that is
-    not continuous.
+    corners count. Users give a name by ``chosen_by``. FileError as of `linear_triangles`; CaseError if the name is
+    needed, unknown, or one of data that is not given by real numbers at the nodes, or that is not continuous.
     """
+    return nodal_field(linear_triangles(path), name, chosen_by)
+
+
+def linear_triangles(path: Path) -> MeshFile:
+    """Read the triangles of a file by their corners; FileError as of `read_triangles`, and for faces of other kinds."""
     refusal = "the estimate is for linear triangles: write the mesh and the solution with these alone"
-    file = read_triangles(path, TRIANGLES, refusal, as_they_are=True)
-    data = file.source.point_data
-    known = _own_names(data)
+    return read_triangles(path, TRIANGLES, refusal, as_they_are=True)
+
+
+def nodal_field(file: MeshFile, name: str | None, chosen_by: str) -> NodalField:
+    """Data at the nodes of triangles that `linear_triangles` has read; CaseError as of `read_nodal_field`."""
+    path, data = file.path, file.source.point_data
+    known = own_names(data)
     listed = ", ".join(known) or "none"
     if not known and name is None:
         raise CaseError(f"{path}: has no data at its nodes{NO_SOL if path.suffix.lower() in MMG else ''}")
@@ -311,7 +321,7 @@ def read_nodal_field(path: Path, name: str | None, chosen_by: str = "--field") -
     return NodalField(name, points, triangles, values, notes)
 
 
-def _own_names(data: Iterable[str]) -> list[str]:
+def own_names(data: Iterable[str]) -> list[str]:
     """Names of data but those of numbers that a format or its writer keeps, as gmsh:physical and vtkGhostType."""
     return [name for name in data if ":" not in name and not name.startswith("vtk")]
 

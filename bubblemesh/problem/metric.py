@@ -19,9 +19,9 @@ from bubblemesh.geometry.distance.distances import distance_to_labels, require_l
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections
-from bubblemesh.meshfiles.read import read_nodal_field
-from bubblemesh.messages import counted, place, two_places
+from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, require_positive_definite
+from bubblemesh.meshfiles.metric import read_metric
+from bubblemesh.messages import place, two_places
 from bubblemesh.problem.crs import bound_in, given_bounds, require_given
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.files import own_files
@@ -31,7 +31,7 @@ from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
-from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing, require_positive_definite
+from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
 
@@ -41,9 +41,6 @@ Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
 STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times that sizes may differ there
 TOLD = 1.001  # of the largest aspect: what is more of it is told
-COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
-SAME_AS_M12 = {3: 1, 4: 2, 9: 3}  # column of m21, by the same
-UNEQUAL = 1e-6  # relative difference of the two that is more than rounding of short numbers
 ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
 LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
 GRADINGS, SAME = 5, 1.2  # one after the other, at most, and times that sizes may differ in the end
@@ -143,20 +140,7 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
         return _read_rasters(model, domain)
     if model.bounds is not None:
         raise CaseError(f"bounds: {model.file} is no file of arrays, whose pixels they are for: leave bounds out")
-    read = read_nodal_field(Path(model.file), model.name, chosen_by="name")
-    with prefixed(f"{model.file}: {read.name}"):
-        columns = COLUMNS.get(read.values.shape[1])
-        if columns is None:
-            raise CaseError(
-                f"has {counted(read.values.shape[1], 'component')}: a metric has three, m11, m12 and m22, or all of a "
-                "matrix"
-            )
-        tensors = read.values[:, columns]
-        other = read.values[:, SAME_AS_M12[read.values.shape[1]]]
-        bad = np.flatnonzero(np.abs(other - tensors[:, 1]) > UNEQUAL * np.abs(tensors).max(axis=1))
-        if len(bad):
-            raise CaseError(f"is not symmetric at {place(read.points[bad[0]])}: m12 and m21 have to be the same")
-        require_positive_definite(area_sizes(tensors), lambda k: read.points[k])
+    read = read_metric(Path(model.file), model.name, chosen_by="name")
     x0, y0, x1, y1 = given_bounds(domain)
     low, high = read.points.min(axis=0), read.points.max(axis=0)
     with prefixed(model.file):
@@ -168,7 +152,7 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
             f"{place((x0, y0))} to {place((x1, y1))}"
         )
     notes = tuple(f"{model.file}: {note}" for note in read.notes)
-    return TensorField.of(read.points, read.triangles, tensors), notes
+    return TensorField.of(read.points, read.triangles, read.values), notes
 
 
 def _has_rasters(path: Path) -> bool:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bubblemesh.arrays import Floats, quantile
-from bubblemesh.meshes.metric import LONGEST, SHORTEST
+from bubblemesh.meshes.metric import share_within
 from bubblemesh.meshes.quality import Measures, edge_ratios
 from bubblemesh.messages import place
 from bubblemesh.records import record
@@ -54,7 +54,6 @@ def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
     points, edges = measures.points, measures.edges[0]
     ellipses = asked.axes(points)
     lengths = edge_ratios(points, edges, asked.between(points, edges))
-    within = float(((lengths >= SHORTEST) & (lengths <= LONGEST)).mean())
     ratio = np.exp(np.abs(np.diff(np.log(ellipses.across)[edges]))[:, 0])
     cosine = np.abs(np.prod(ellipses.direction[edges], axis=1).sum(axis=1))
     turn = np.degrees(np.arccos(np.minimum(cosine, 1.0)))
@@ -62,7 +61,7 @@ def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
     most = [(float(by.max()), _middle(points[edges[by.argmax()]])) for by in (ratio, turn)]
     (steepest, at), (turned, there) = most
     shorter = _shortened(measures, ellipses.along, packed)
-    return MetricRow(float(ellipses.aspects.max()), within, steepest, at, turned, there, shorter)
+    return MetricRow(float(ellipses.aspects.max()), share_within(lengths), steepest, at, turned, there, shorter)
 
 
 def _middle(ends: Floats) -> tuple[float, float]:

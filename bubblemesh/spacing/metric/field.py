@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.meshes.tensors import Axes, axes, eigen, symmetric
+from bubblemesh.meshes.tensors import Axes, logarithms, of_logarithms
 from bubblemesh.records import record
 from bubblemesh.spacing.terms.interpolation import MeshInterpolation
 
@@ -30,13 +30,11 @@ class TensorField:
     @classmethod
     def of(cls, points: Floats, triangles: Integers, tensors: Floats) -> Self:
         """Field of positive tensors (n, 3) at the points (n, 2) of triangles (t, 3)."""
-        across, along, direction = axes(tensors)
-        return cls(points, triangles, symmetric(-2 * np.log(across), -2 * np.log(along), direction))
+        return cls(points, triangles, logarithms(tensors))
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        strong, weak, direction = eigen(self._interpolation(self.logarithms, np.column_stack([x, y])))
-        return Axes(np.exp(-strong / 2), np.exp(-weak / 2), direction)
+        return of_logarithms(self._interpolation(self.logarithms, np.column_stack([x, y])))
 
     @cached_property
     def _interpolation(self) -> MeshInterpolation:

@@ -1,16 +1,15 @@
 """The spacing in a metric: a size for each direction, checked wherever it is used."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import field
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import CaseError, Key, at_key
+from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.kernels.tensors import lengths, mean_lengths
-from bubblemesh.meshes.tensors import Axes
-from bubblemesh.messages import place
+from bubblemesh.meshes.tensors import Axes, require_positive_definite
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
@@ -134,16 +133,6 @@ class MetricSpacing(Spacing):
 
 def _metric(points: Floats) -> list[Key]:
     return [Key(["metric"])] * len(points)
-
-
-def require_positive_definite(d: Floats, where: Callable[[int], Sequence[float]]) -> None:
-    """CaseError unless ellipses have diameters d (n,), those of circles of their areas, with ``where`` one has none."""
-    bad = np.flatnonzero(~(np.isfinite(d) & (d > 0)))
-    if len(bad):
-        raise CaseError(
-            f"is not positive definite and finite at {place(where(int(bad[0])))}: there a size is zero, negative or no "
-            "number, or m12 is too large"
-        )
 
 
 def _require_metric(points: Floats, d: Floats) -> None:
