@@ -25,6 +25,7 @@ from bubblemesh.messages import place, two_places
 from bubblemesh.problem.crs import bound_in, given_bounds, require_given
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.files import own_files
+from bubblemesh.readers.grids import Box
 from bubblemesh.readers.netcdf import netcdf
 from bubblemesh.records import record
 from bubblemesh.spacing.cover import Cover
@@ -141,16 +142,8 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
     if model.bounds is not None:
         raise CaseError(f"bounds: {model.file} is no file of arrays, whose pixels they are for: leave bounds out")
     read = read_metric(Path(model.file), model.name, chosen_by="name")
-    x0, y0, x1, y1 = given_bounds(domain)
-    low, high = read.points.min(axis=0), read.points.max(axis=0)
     with prefixed(model.file):
-        require_given((*low.tolist(), *high.tolist()), domain)
-    if not ((low <= (x1, y1)).all() and (high >= (x0, y0)).all()):
-        least, largest = two_places(low, high)
-        raise CaseError(
-            f"{model.file}: its mesh, from {least} to {largest}, lies beside the domain, which is from "
-            f"{place((x0, y0))} to {place((x1, y1))}"
-        )
+        _require_meeting("mesh", (*read.points.min(axis=0).tolist(), *read.points.max(axis=0).tolist()), domain)
     notes = tuple(f"{model.file}: {note}" for note in read.notes)
     return TensorField.of(read.points, read.triangles, read.values), notes
 
@@ -171,12 +164,23 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[s
     found, notes = rasters_in(model.file, model.bounds, ENTRIES, box, system)
     first = found[0]
     with prefixed(model.file):
-        require_given(first.bounds, domain)
+        _require_meeting("grid", first.bounds, domain)
         if any(not (np.array_equal(one.x, first.x) and np.array_equal(one.y, first.y)) for one in found):
             raise CaseError("m11, m12 and m22 have pixels at other places: write them on one grid")
         tensors, columns = np.column_stack([one.values.ravel() for one in found]), len(first.x)
         require_positive_definite(area_sizes(tensors), lambda k: (first.x[k % columns], first.y[k // columns]))
     return Entries(*found), notes
+
+
+def _require_meeting(what: str, bounds: Box, domain: Domain) -> None:
+    """CaseError if the box (x0, y0, x1, y1) of data lies beside a domain, or cannot be one of its coordinates."""
+    require_given(bounds, domain)
+    (left, low, right, high), (x0, y0, x1, y1) = bounds, given_bounds(domain)
+    if left > x1 or right < x0 or low > y1 or high < y0:
+        raise CaseError(
+            f"its {what}, from {place((left, low))} to {place((right, high))}, lies beside the domain, which is from "
+            f"{place((x0, y0))} to {place((x1, y1))}"
+        )
 
 
 @record

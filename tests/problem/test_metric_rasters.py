@@ -93,6 +93,13 @@ def test_arrays_without_places_have_bounds(tmp_path):
     require_wide_to_the_right(case_with(tmp_path, {"file": "m.npz", "bounds": [-0.025, -0.05, 1.025, 1.05]}))
 
 
+@pytest.mark.parametrize("bounds", [[5, 5, 6, 6], [0, -2, 1, -1]])
+def test_a_raster_beside_the_domain_is_refused(tmp_path, bounds):
+    np.savez(tmp_path / "m.npz", m11=M11, m12=0 * M11, m22=M22)
+    with pytest.raises(BubblemeshError, match=r"metric: .*m\.npz: its grid, from \(.*\) to \(.*\), lies beside the"):
+        prepare(case_with(tmp_path, {"file": "m.npz", "bounds": bounds}))
+
+
 def test_bounds_are_for_arrays_only(tmp_path):
     (tmp_path / "m.vtu").write_text("")
     with pytest.raises(BubblemeshError, match=r"metric: bounds: .*m\.vtu is no file of arrays"):
