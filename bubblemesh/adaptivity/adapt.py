@@ -29,6 +29,7 @@ from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
 from bubblemesh.problem.prepare import near_target, prepare_in, task_of
 from bubblemesh.problem.problem import Problem
+from bubblemesh.problem.python.numbers import is_real, is_whole
 from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
 from bubblemesh.process.limits import timed
 from bubblemesh.records import record
@@ -64,12 +65,12 @@ class Target:
     def __post_init__(self) -> None:
         if self.error is not None and self.nodes is not None:
             raise CaseError("error and nodes exclude each other: give one of them")
-        if self.error is not None and not 0 < self.error < 1:
+        if self.error is not None and not (is_real(self.error) and 0 < self.error < 1):
             raise CaseError(
-                f"the wanted error must be a part of the solution's norm, between 0 and 1 (found {self.error:g})"
+                f"the wanted error must be a part of the solution's norm, between 0 and 1 (found {self.error!r})"
             )
-        if self.nodes is not None and self.nodes < 3:
-            raise CaseError(f"the wanted number of nodes must be at least 3 (found {self.nodes})")
+        if self.nodes is not None and not is_whole(self.nodes, 3):
+            raise CaseError(f"the wanted number of nodes must be a whole one of at least 3 (found {self.nodes!r})")
 
 
 def adapted(

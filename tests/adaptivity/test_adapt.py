@@ -203,7 +203,9 @@ def test_the_exact_solution_tells_the_effectivity(plate):
     [
         ({"error": 0.1, "nodes": 100}, "error and nodes exclude each other"),
         ({"error": 1.5}, r"between 0 and 1 \(found 1.5\)"),
+        ({"error": "small"}, r"between 0 and 1 \(found 'small'\)"),
         ({"nodes": 2}, "at least 3"),
+        ({"nodes": 400.5}, r"nodes must be a whole one of at least 3 \(found 400.5\)"),
         ({"field": "u"}, "field: names data of a file"),
         ({"exact": "x +"}, "the exact solution: "),
     ],
