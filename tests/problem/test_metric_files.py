@@ -167,3 +167,22 @@ def test_a_metric_that_is_no_number_is_told_without_more_ado(recwarn, metric):
     with pytest.raises(BubblemeshError, match="is not positive definite and finite"):
         prepare(case)
     assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    ("inner", "label", "height"),
+    [
+        ("lines: [{path: [[0.2, 0.5], [0.8, 0.5]], label: crack}]", "crack", 0.5),
+        ("regions: [{ring: {rectangle: [0.3, 0.3, 0.7, 0.7], label: rim}, name: core}]", "rim", 0.3),
+    ],
+)
+def test_ellipses_lie_along_both_sides_of_lines_and_interfaces(inner, label, height):
+    domain = f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}, {inner}}}\nspacing: 0.1\n"
+    metric = f"metric: {{like: boundary, label: {label}, across: 0.01, growth: 0.5, along: 0.05}}\n"
+    places = np.array([[0.5, height + 0.02 * k] for k in (-1, 0, 1)])
+    found = prepare(load_case("a.yaml", text=domain + metric)).spacing.axes(places)
+    np.testing.assert_allclose(found.across, [0.02, 0.01, 0.02])
+    np.testing.assert_allclose(found.along, 0.05)
+    np.testing.assert_allclose(np.abs(found.direction), [[1, 0]] * 3, atol=1e-12)
+    with pytest.raises(BubblemeshError, match=r"metric\.label: is missing"):
+        load_case("a.yaml", text=domain + metric.replace(f"label: {label}, ", ""))
