@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH, blended, fan, on_curves
 from bubblemesh.layers.ladder import Ladder
-from bubblemesh.layers.pinches import parting, pinched
+from bubblemesh.layers.pinches import SHORT, parting, pinched
 from bubblemesh.layers.walls import Walls, left_of, turned
 
 ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse
@@ -91,6 +91,28 @@ class _Builder:
             self.rows[known] = before._replace(up=(before.up + up) / 2, ladder=lower)
         return known
 
+    def join_fans(self) -> None:
+        """Let columns part evenly where there are fans at both ends of edges far shorter than the first layer.
+
+        As of small chamfers and fillets: the columns above such an edge would go up side by side, however high.
+        """
+        fans, following = dict(self.fans), self.walls.following
+        first = {side: self.ladders[self.rows[around[-1]].ladder].first for side, around in fans.items()}
+        joined = {int(following[side]) for side in fans if self._length(following[side]) < SHORT * first[side]}
+        joined &= fans.keys()
+        for side in fans.keys() - joined:
+            chain = [side]
+            while (after := int(following[chain[-1]])) in joined:
+                chain.append(after)
+            columns = [column for one in chain for column in fans[one]]
+            share = np.arange(len(columns)) / (len(columns) - 1)
+            turn = (self.walls.angle[chain] - np.pi).sum()
+            for column, up in zip(columns, turned(self.normals[[side] * len(share)], -turn * share), strict=True):
+                self.rows[column] = self.rows[column]._replace(up=up)
+
+    def _length(self, side: int) -> float:
+        return float(np.hypot(*np.diff(self.walls.x[self.walls.ends[side]], axis=0)[0]))
+
     def pairs(self) -> tuple[Integers, Integers]:
         """Pairs (p, 2) of columns with cells between, first those on sides, then those in fans, and the sides (p,)."""
         sides = np.flatnonzero(self.walls.layered)
@@ -141,6 +163,7 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
             made.between_layers(side, after)
         else:
             made.at_end(side, after)
+    made.join_fans()
     pair, side_of_pair = made.pairs()
     twins = made.twins()
     foot, up, asked, follows, from_start, ends = made.arrays()

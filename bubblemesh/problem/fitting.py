@@ -65,7 +65,7 @@ def fitted_to_boundary(
     piece. LimitError if it needs more than so many nodes.
     """
     cover, expected = asked.survey.cover, asked.survey.ideal_nodes
-    short, coarse = short_pieces(domain, wanted, hidden), coarse_curves(domain, wanted)
+    short, coarse = short_pieces(domain, wanted, hidden), coarse_curves(domain, wanted, hidden=hidden)
     for_packing = limited_for_packing_across_sides(domain, asked.after_periodic, short.joined(coarse))
     if for_packing.spacing is not asked.spacing:
         expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)

@@ -13,6 +13,7 @@ from bubblemesh.console.report import show_quality
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.layers.figures import figures
 from bubblemesh.layers.heights import reached
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
@@ -522,6 +523,51 @@ def test_a_chamfer_takes_no_layers_away(cut):
     assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
 
 
+def shortest_edge_beside_layers(result):
+    mesh, packed = result.mesh, result.fields["layer"] == 0
+    edges, _ = unique_edges(mesh.triangles[packed])
+    return np.hypot(*(mesh.points[edges[:, 0]] - mesh.points[edges[:, 1]]).T).min()
+
+
+BAR = [[1, 0.4], [1.3, 0.4], [1.3, 0.6], [1, 0.6]]
+
+
+def chamfered(cut):
+    return {"polygon": [*BAR[:2], [1.3, 0.6 - cut], [1.3 - cut, 0.6], BAR[3]], "label": "bar"}
+
+
+def rounded(radius):
+    arc = {"to": [1.3 - radius, 0.6], "center": [1.3 - radius, 0.6 - radius], "turn": "left"}
+    return {"path": [*BAR[:2], [1.3, 0.6 - radius], {"arc": arc}, BAR[3]], "label": "bar"}
+
+
+@pytest.mark.parametrize(
+    "hole", [chamfered(1e-4), chamfered(1e-3), chamfered(1.2e-3), rounded(1e-4), rounded(1e-3), rounded(1.2e-3)]
+)
+def test_columns_part_evenly_around_small_chamfers_and_fillets(hole):
+    """However thick the layers are: what is on them is as coarse as on those around a sharp corner."""
+    layers = {"on": "bar", "first": 0.004, "until": "isotropic"}
+    outer = {"rectangle": [0, 0, 3, 1], "label": "far"}
+    sharp = run({"outer": outer, "holes": [{"polygon": BAR, "label": "bar"}]}, layers, spacing=0.08)
+    result = run({"outer": outer, "holes": [hole]}, layers, spacing=0.08)
+    assert shortest_edge_beside_layers(result) > 0.6 * shortest_edge_beside_layers(sharp)
+    assert result.report["nodes"] < 1.06 * sharp.report["nodes"]
+    assert row_of(result, "bar")["count"] == row_of(sharp, "bar")["count"]
+    assert row_of(result, "bar")["first"]["kept"] == 1
+    assert result.report["warnings"] == sharp.report["warnings"] == []
+
+
+@pytest.mark.parametrize("radius", [1e-4, 1e-3, 1.2e-3])
+def test_small_fillets_at_concave_corners_are_as_corners_also_if_they_are_arcs(radius):
+    arc = {"to": [3 - radius, 1], "center": [3 - radius, 1 - radius], "turn": "left"}
+    ring = {"path": [[0, 0], [3, 0], [3, 1 - radius], {"arc": arc}, [0, 1]], "label": "wall"}
+    result = run({"outer": ring}, {"on": "wall", "first": 0.004, "until": "isotropic"}, spacing=0.08)
+    row = row_of(result, "wall")
+    assert row["count"]["least"] >= 10
+    assert row["first"]["kept"] == 1
+    assert result.report["warnings"] == []
+
+
 def test_a_wall_whose_edges_are_all_as_corners_has_no_first_heights(capsys):
     cut = 0.0099
     corners = [[0, 0], [2, 0], [2, 2 - cut], [2 - cut, 2], [0, 2]]
@@ -563,7 +609,7 @@ def test_fillets_far_smaller_than_the_first_layer_are_as_corners(radius, edges, 
         row = row_of(result, "wall")
         assert row["count"] == {"wanted": 8, "least": 8, "most": 8}
         assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
-        assert row["first"]["least"] == pytest.approx(1)
+        assert row["first"]["least"] > 0.98  # on the edge of a chamfer itself
         assert not [text for text in result.report["warnings"] if "shorter than the spacing" in text]
 
 

@@ -126,9 +126,18 @@ def short_pieces(domain: Domain, spacing: Spacing, hidden: Floats | None = None)
     return Sources(ends[short].reshape(-1, 2), sizes, rim=rim.astype(bool))
 
 
-def coarse_curves(domain: Domain, spacing: Spacing, widest_turn: float = WIDEST_TURN) -> Sources:
-    """Sources on curves that turn by more than ``widest_turn`` over the length of one spacing."""
-    return _along(domain, _tight(domain, spacing, widest_turn))
+def coarse_curves(
+    domain: Domain, spacing: Spacing, widest_turn: float = WIDEST_TURN, hidden: Floats | None = None
+) -> Sources:
+    """Sources on curves that turn by more than ``widest_turn`` over the length of one spacing.
+
+    Those that are ``hidden``, as of `short_pieces`, are none.
+    """
+    tight = _tight(domain, spacing, widest_turn)
+    if hidden is not None:
+        seen = domain.boundary.lengths[tight.piece] > hidden[tight.piece]
+        tight = TightChords(*(part[seen] for part in tight))
+    return _along(domain, tight)
 
 
 def curvature_sources(
