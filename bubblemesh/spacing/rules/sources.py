@@ -136,7 +136,7 @@ def coarse_curves(
     tight = _tight(domain, spacing, widest_turn)
     if hidden is not None:
         seen = domain.boundary.lengths[tight.piece] > hidden[tight.piece]
-        tight = TightChords(*(part[seen] for part in tight))
+        tight = tight.select(seen)
     return _along(domain, tight)
 
 
@@ -175,6 +175,10 @@ class TightChords(NamedTuple):
     step: Floats
     size: Floats
 
+    def select(self, which: Booleans) -> "TightChords":
+        """Those of a mask (k,)."""
+        return TightChords(self.piece[which], self.s[which], self.step[which], self.size[which])
+
 
 def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> TightChords:
     """Chords of curves that turn by more than ``widest_turn`` over the length of one spacing."""
@@ -185,7 +189,7 @@ def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> TightChords:
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
     size = widest_turn * step / np.maximum(np.abs(turning(before, after)), 1e-12)
     coarse = spacing(boundary.points(piece, s)) > size
-    return TightChords(piece[coarse], s[coarse], step[coarse], size[coarse])
+    return TightChords(piece, s, step, size).select(coarse)
 
 
 def _along(domain: Domain, tight: TightChords) -> Sources:
