@@ -84,7 +84,8 @@ class Mesh:
         Whether the coordinates are longitudes and latitudes, for formats that tell.
     fields : mapping of str to (t,)
         Data of the triangles as they were made, which `write` and `plot` use: ``quality`` and ``target_spacing``, of a
-        mesh in a metric its tensors ``metric_11``, ``metric_12`` and ``metric_22``; none unless given.
+        mesh in a metric its tensors ``metric_11``, ``metric_12`` and ``metric_22``; none unless given. `write` finds
+        the quality anew, of points where they are then.
     """
 
     points: Floats
@@ -409,7 +410,7 @@ class Mesh:
         from bubblemesh.meshfiles.writing import write_alone, write_file
 
         measures = measures_of(self.points, self.triangles[:, :3], self.fields)
-        fields = {"quality": measures.radius_ratios, **self.fields}
+        fields = {**self.fields, "quality": measures.radius_ratios}
         if not sidecars:
             return write_alone(self, fields, Path(path))
         figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}

@@ -1,7 +1,9 @@
 """Meshes in a metric as Python programs have them: their measures, files and pictures."""
 
 import json
+from dataclasses import replace
 
+import meshio
 import numpy as np
 import pytest
 import shapely
@@ -112,3 +114,10 @@ def test_several_metrics_and_rasters_of_the_spacing_are_taken(tmp_path, monkeypa
 def test_a_metric_that_is_none_is_told_with_its_key(arguments, match):
     with pytest.raises(BubblemeshError, match=match):
         bubblemesh.mesh(shapely.box(0, 0, 1, 1), 0.1, **arguments)
+
+
+def test_the_quality_in_a_file_is_that_of_points_where_they_are(result, tmp_path):
+    moved = replace(result.mesh, points=result.mesh.points * [1.0, 1.5])
+    moved.write(tmp_path / "moved.vtu")
+    written = meshio.read(tmp_path / "moved.vtu").cell_data["quality"][0]
+    assert written.mean() < result.fields["quality"].mean() - 0.02
