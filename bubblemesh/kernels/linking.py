@@ -132,14 +132,25 @@ def _undirected(a: Integers, b: Integers, n: int) -> Integers:
 
 
 def _turn_left(x: Floats, a: Integers, b: Integers, c: Integers) -> Booleans:
-    """Whether nodes a, b and c (k,) turn to the left for sure."""
-    (ux, uy), (vx, vy) = (x[a] - x[c]).T, (x[b] - x[c]).T
+    return np.asarray(turns(x[a], x[b], x[c]) > 0)
+
+
+def turns(a: Floats, b: Floats, c: Floats) -> Floats:
+    """Whether a, b and c (..., 2) turn left, 1, or right, -1, for sure; else 0.
+
+    References
+    ----------
+    J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", Discrete
+    Comput. Geom. 18 (1997).
+    """
+    (ux, uy), (vx, vy) = np.moveaxis(a - c, -1, 0), np.moveaxis(b - c, -1, 0)
     left, right = ux * vy, uy * vx
-    return np.asarray(left - right - TURN_ERROR * (np.abs(left) + np.abs(right)) > 0)
+    turn = left - right
+    return np.asarray(np.where(np.abs(turn) > TURN_ERROR * (np.abs(left) + np.abs(right)), np.sign(turn), 0.0))
 
 
 def _in_circle(x: Floats, a: Integers, b: Integers, c: Integers, d: Integers) -> Integers:
-    """1 where d is in the circle through a, b and c (k,) for sure, -1 where it is outside, 0 where rounding decides."""
+    """Whether node d is in the circle through a, b and c (k,), 1, or outside, -1, for sure; else 0: see `turns`."""
     (ax, ay), (bx, by), (cx, cy) = ((x[node] - x[d]).T for node in (a, b, c))
     bc, cb, ca, ac, ab, ba = bx * cy, cx * by, cx * ay, ax * cy, ax * by, bx * ay
     over_a, over_b, over_c = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy

@@ -3,10 +3,9 @@
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, each_once, taken
-from bubblemesh.kernels.linking import legalised
+from bubblemesh.kernels.linking import legalised, turns
 from bubblemesh.packing.splicing import removed
 
-TURN_ERROR = 3.3306690738754716e-16  # of a determinant, by Shewchuk's bound A for its sign
 MOST_LOST = 100  # bubbles: of more it is faster to triangulate anew
 
 
@@ -38,12 +37,12 @@ def _outside(x: Floats, triangles: Integers, facets: Integers, rim: Integers) ->
     """
     fixed = int(facets.max()) + 1
     beside = triangles[(triangles < fixed).sum(axis=1) == 2]
-    turned = beside[_turns(*(x[beside[:, k]] for k in range(3))) <= 0]
+    turned = beside[turns(*(x[beside[:, k]] for k in range(3))) <= 0]
     asked = each_once(turned[turned >= fixed])
     if len(asked) > MOST_LOST:
         return None
     p, a, b = x[asked][:, None], x[rim[:, 0]], x[rim[:, 1]]
-    turn = _turns(a, b, np.broadcast_to(p, (len(asked), *a.shape)))
+    turn = turns(a, b, np.broadcast_to(p, (len(asked), *a.shape)))
     beside_it = ((np.minimum(a, b) <= p) & (p <= np.maximum(a, b))).any(axis=-1)
     if (beside_it & (turn == 0)).any():
         return None
@@ -53,17 +52,3 @@ def _outside(x: Floats, triangles: Integers, facets: Integers, rim: Integers) ->
     lost = np.zeros(len(x), bool)
     lost[asked[crossed.sum(axis=1) % 2 == 0]] = True
     return lost
-
-
-def _turns(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Whether a, b and c (..., 2) turn left, 1, or right, -1, for sure; else 0.
-
-    References
-    ----------
-    J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", Discrete
-    Comput. Geom. 18 (1997).
-    """
-    (ux, uy), (vx, vy) = np.moveaxis(a - c, -1, 0), np.moveaxis(b - c, -1, 0)
-    left, right = ux * vy, uy * vx
-    turn = left - right
-    return np.asarray(np.where(np.abs(turn) > TURN_ERROR * (np.abs(left) + np.abs(right)), np.sign(turn), 0.0))
