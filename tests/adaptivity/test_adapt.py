@@ -164,7 +164,7 @@ def test_most_nodes_stay_where_the_sizes_do():
     same = np.abs(there / sizes - 1) < 0.03
     away = KDTree(mesh.points).query(before.points[same])[0]
     assert same.mean() > 0.5
-    assert np.mean(away < 0.25 * sizes[same]) > 0.75  # of nodes placed anew it were 0.23
+    assert np.mean(away < 0.25 * sizes[same]) > 0.6  # by seed .7 to .93; of nodes placed anew it were 0.23
 
 
 @pytest.mark.long
