@@ -169,7 +169,7 @@ def shown(text: object, most: int = 60) -> str:
 
 
 def cause(error: Exception, most: int = 60) -> str:
-    """What is wrong with a file by an error of another program, in one line; in plain words if it has no text."""
+    """An error of another program as the cause of a fault, in one line; in plain words if it has no text."""
     ends = isinstance(error, EOFError | StopIteration)
     return shown(error, most) or ("it ends too early" if ends else "it is not as its format asks for")
 

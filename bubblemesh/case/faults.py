@@ -4,15 +4,18 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from bubblemesh.case.fields import FOLLOWS, described
 from bubblemesh.case.key_homes import Advice, advice_on, homes_below, is_mark, key_of, model_at, strange_keys
 from bubblemesh.case.parameters import is_number
+from bubblemesh.errors import CaseError
 from bubblemesh.messages import counted, either
 from bubblemesh.records import record
+
+Model = TypeVar("Model", bound=BaseModel)
 
 MAX_PROBLEMS = 10
 MAX_STRANGE = 100  # unknown keys for which it is found out what they explain
@@ -78,6 +81,14 @@ def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Pa
         for one, more in told[:MAX_PROBLEMS]
     ]
     return [*lines, *([f"... and {len(told) - MAX_PROBLEMS} more"] if len(told) > MAX_PROBLEMS else [])]
+
+
+def checked(model: type[Model], values: Mapping[str, Any]) -> Model:
+    """The model of values that a program gives; each line of a CaseError's message names a key."""
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        raise CaseError("\n".join(problems(error, model, lambda path: ""))) from None
 
 
 def _follows(error: Mapping[str, Any]) -> bool:

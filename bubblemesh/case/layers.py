@@ -3,13 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.data_terms import OneOrMore
-from bubblemesh.case.faults import problems
+from bubblemesh.case.faults import checked
 from bubblemesh.case.fields import Growth, Label, Layers, Positive, Strict
-from bubblemesh.errors import CaseError
 
 GROWTH = 1.2  # of layers that are given no other
 
@@ -66,7 +65,4 @@ class _Given(Strict):
 def layer_entries(entries: Sequence[Any]) -> tuple[LayerKeys, ...]:
     """Layers that a program gives as mappings; each line of a CaseError's message names a key."""
     given = [dict(entry) if isinstance(entry, Mapping) else entry for entry in entries]
-    try:
-        return _Given.model_validate({"layers": given}).layers
-    except ValidationError as error:
-        raise CaseError("\n".join(problems(error, _Given, lambda path: ""))) from None
+    return checked(_Given, {"layers": given}).layers

@@ -3,14 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.data_terms import Bounds, DataTerm, OneOrMore, several
-from bubblemesh.case.faults import problems
+from bubblemesh.case.faults import checked
 from bubblemesh.case.fields import Choice, InputFile, Label, Number, Positive, Strict, Text
 from bubblemesh.case.spacing import ExpressionText, SpacingValue
-from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
 
@@ -98,7 +97,4 @@ class _Given(Strict):
 
 def metric_entries(metric: Mapping[str, Any] | Sequence[Any]) -> tuple[AnyMetric, ...]:
     """Metrics that a program gives as a mapping or several; each line of a CaseError's message names a key."""
-    try:
-        return several(_Given.model_validate({"metric": metric}).metric)
-    except ValidationError as error:
-        raise CaseError("\n".join(problems(error, _Given, lambda path: ""))) from None
+    return several(checked(_Given, {"metric": metric}).metric)

@@ -11,16 +11,14 @@ from pydantic import (
     Field,
     PlainValidator,
     Tag,
-    ValidationError,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.data_terms import DataTerms, OneOrMore
 from bubblemesh.case.depth import CourantKeys, SlopeKeys, WaveKeys
-from bubblemesh.case.faults import problems
+from bubblemesh.case.faults import checked
 from bubblemesh.case.fields import AS_GIVEN, Choice, Count, Label, Number, Once, Point, Positive, Strict, as_expression
-from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
 Value = float | Expression
@@ -173,10 +171,7 @@ class _Given(Strict):
 
 def checked_terms(spacing: Mapping[str, Any]) -> SpacingTerms:
     """The terms that a program gives as a mapping; each line of a CaseError's message names a key."""
-    try:
-        return _Given.model_validate({"spacing": dict(spacing)}).spacing
-    except ValidationError as error:
-        raise CaseError("\n".join(problems(error, _Given, lambda path: ""))) from None
+    return checked(_Given, {"spacing": dict(spacing)}).spacing
 
 
 def as_terms(spacing: Value | SpacingTerms) -> SpacingTerms:

@@ -97,7 +97,7 @@ def _have_all(strips: Strips, most: Integers) -> Booleans:
 
 
 def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: Floats) -> tuple[Lack, ...]:
-    """What the columns (k,) lack, of which some are ``low`` (k,) for each reason.
+    """The lacks of columns (k,), of which some are ``low`` (k,) for each reason.
 
     Lengths ``beside`` (c,) are those of the wall at all columns.
     """

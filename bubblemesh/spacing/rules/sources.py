@@ -176,7 +176,7 @@ class TightChords(NamedTuple):
     size: Floats
 
     def select(self, which: Booleans) -> "TightChords":
-        """Those of a mask (k,)."""
+        """Selected chords, by a mask (k,)."""
         return TightChords(self.piece[which], self.s[which], self.step[which], self.size[which])
 
 
