@@ -107,7 +107,7 @@ def given_bounds(domain: Domain) -> tuple[float, float, float, float]:
     """Box (x0, y0, x1, y1) of a domain in the coordinates that were given."""
     if domain.plane is None:
         return domain.bounds
-    points = domain.plane.given(domain.boundary.corners)
+    points = domain.plane.given(domain.polygonal_copy.points)
     (x0, y0), (x1, y1) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     return x0, y0, x1, y1
 

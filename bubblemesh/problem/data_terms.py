@@ -40,17 +40,25 @@ class DataFunction(Protocol):
         """Values (m,) at x (m,) and y (m,)."""
 
 
-def data_functions(terms: SpacingTerms, box: Box, others: Container[str] = ()) -> dict[Key, DataFunction]:
-    """Functions of the data terms around a box (x0, y0, x1, y1), by their keys, but for rasters by ``others`` names.
+Read = tuple[DataFunction, list[str]]  # with notes on what is missing or left out of it
 
-    Errors have the key, the file and the place in it.
+
+def data_functions(
+    terms: SpacingTerms, box: Box, system: str | None, others: Container[str] = ()
+) -> tuple[dict[Key, DataFunction], tuple[str, ...]]:
+    """Functions of the data terms around a box in a system, by their keys, but for rasters by ``others`` names.
+
+    With them come notes on what is missing or left out. The box is (x0, y0, x1, y1). Errors have the key, the file and
+    the place in it.
     """
     found: dict[Key, DataFunction] = {}
+    notes: list[str] = []
     for key, model in _models(terms):
         if not (isinstance(model, RasterTerm) and model.known_as in others):
             with at_key(*key):
-                found[key] = FUNCTIONS[type(model)](model, box)
-    return found
+                found[key], told = FUNCTIONS[type(model)](model, box, system)
+            notes += told
+    return found, tuple(notes)
 
 
 def raster_variables(
@@ -67,8 +75,8 @@ def raster_variables(
             with at_key(*key):
                 if model.known_as in functions:
                     raise CaseError(f"{model.known_as!r} is the name of another raster too: give one of them by name")
-                grid, told = _grid(model, box, system)
-                functions[model.known_as], notes = grid, [*notes, *told]
+                functions[model.known_as], told = _grid(model, box, system)
+            notes += told
     return functions, tuple(notes)
 
 
@@ -118,18 +126,18 @@ def _box(bounds: Sequence[float]) -> str:
     return f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}]"
 
 
-def _field(term: FieldTerm, box: Box) -> DataFunction:
+def _field(term: FieldTerm, box: Box, system: str | None) -> Read:
     data = read_field(Path(term.file), term.name)
     with prefixed(f"{term.file}: {data.name}"):
         if data.at_points:
-            return MeshField.of(data.points, data.triangles, data.values).scaled(term.scale)
-        return MeshField.of_triangles(data.points, data.triangles, data.values, data.cells).scaled(term.scale)
+            field = MeshField.of(data.points, data.triangles, data.values)
+        else:
+            field = MeshField.of_triangles(data.points, data.triangles, data.values, data.cells)
+        return field.scaled(term.scale), []
 
 
-def _raster(term: RasterTerm, box: Box) -> DataFunction:
-    if is_grid(Path(term.file)):
-        return _grid(term, box, None, signed=False)[0]
-    return _array(term, signed=False)
+def _raster(term: RasterTerm, box: Box, system: str | None) -> Read:
+    return _grid(term, box, system, signed=False)
 
 
 def _array(term: RasterTerm, *, signed: bool) -> Raster:
@@ -167,19 +175,19 @@ def _grid(term: RasterTerm, box: Box, system: str | None, *, signed: bool = True
             return Raster.of(grid.x, grid.y, values, signed=signed).scaled(term.scale), notes
 
 
-def _image(term: ImageTerm, box: Box) -> DataFunction:
+def _image(term: ImageTerm, box: Box, system: str | None) -> Read:
     with prefixed(term.file):
         grey = read_grey(Path(term.file))
-        return Raster.within(term.bounds, term.finest + (term.coarsest - term.finest) * grey, upper=True)
+        return Raster.within(term.bounds, term.finest + (term.coarsest - term.finest) * grey, upper=True), []
 
 
-def _scattered(term: ScatteredTerm, box: Box) -> DataFunction:
+def _scattered(term: ScatteredTerm, box: Box, system: str | None) -> Read:
     with nullcontext() if term.file is None else prefixed(term.file):
         given = np.array(term.points, float) if term.file is None else read_columns(Path(term.file), ("x", "y", "d"))
-        return scattered(given[:, :2], given[:, 2]).scaled(term.scale)
+        return scattered(given[:, :2], given[:, 2]).scaled(term.scale), []
 
 
-FUNCTIONS: dict[type[DataTerm], Callable[[Any, Box], DataFunction]] = {
+FUNCTIONS: dict[type[DataTerm], Callable[[Any, Box, str | None], Read]] = {
     FieldTerm: _field,
     RasterTerm: _raster,
     ImageTerm: _image,

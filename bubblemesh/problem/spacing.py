@@ -179,8 +179,7 @@ def _variables(
         return {}, ()
     from bubblemesh.problem.data_terms import raster_variables
 
-    system = None if domain.plane is None else domain.plane.source
-    return raster_variables(terms, given_bounds(domain), names, system)
+    return raster_variables(terms, given_bounds(domain), names, _system(domain))
 
 
 def _deep(keys: DepthKeys, domain: Domain, rasters: Rasters, name: str) -> Deep:
@@ -241,19 +240,24 @@ def _depth_of_nodes(
 def _data(
     terms: SpacingTerms, domain: Domain, variables: Rasters
 ) -> "tuple[Mapping[Key, DataFunction], tuple[str, ...]]":
-    """Functions of the data terms, by their keys, and warnings of those whose data lies outside of the domain."""
+    """Functions of the data terms, by their keys, with notes on them, also on data that lies outside of the domain."""
     if not terms.data:
         return {}, ()
     # Imported here since few cases have data, and all that reads it takes long to load.
     from bubblemesh.problem.data_terms import data_functions, elsewhere
 
     box = given_bounds(domain)
-    found = data_functions(terms, box, variables)
+    found, notes = data_functions(terms, box, _system(domain), variables)
     for key, data in found.items():
         with at_key(*key):
             require_given(data.bounds, domain)
     astray = (elsewhere(key, data, box) for key, data in found.items())
-    return found, tuple(filter(None, astray))
+    return found, (*notes, *filter(None, astray))
+
+
+def _system(domain: Domain) -> str | None:
+    """System of the coordinates that were given, if they were taken to a plane."""
+    return None if domain.plane is None else domain.plane.source
 
 
 def within_limits(

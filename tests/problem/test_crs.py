@@ -108,6 +108,27 @@ def test_a_program_that_goes_on_in_a_plane_gets_places_there():
         mesh([[0, 0], [1, 0], [1, 1], [0, 1]], "x - 0.3")
 
 
+@pytest.mark.parametrize(
+    "outer",
+    [
+        {"circle": {"center": [10, 50], "radius": "30 km"}},
+        {"path": [[9.6, 50], {"spline": {"through": [[10, 49.7], [10.4, 50], [10, 50.3], [9.6, 50]]}}]},
+    ],
+    ids=["circle", "spline"],
+)
+def test_data_is_read_all_over_a_domain_whose_sides_are_curves(tmp_path, outer):
+    x, y = np.linspace(9, 11, 41), np.linspace(49, 51, 41)
+    np.savez(tmp_path / "sizes.npz", x=x, y=y, d=np.where(x > 10, 3000.0, 2000.0) + 0 * y[:, None])
+    head = "ncols 41\nnrows 41\nxllcenter 9\nyllcenter 49\ncellsize 0.05\n"
+    rows = np.where(x > 10, 3000, 2000) + 0 * y[:, None].astype(int)
+    (tmp_path / "grid.asc").write_text(head + "\n".join(" ".join(map(str, row)) for row in rows))
+    for file in ("sizes.npz", "grid.asc"):
+        problem = prepare(case({"outer": outer}, {"raster": {"file": str(tmp_path / file)}}))
+        assert not problem.warnings
+        found = problem.before_rules(problem.domain.plane.to(np.array([[9.7, 50.0], [10.3, 50.0]]))) / 1000
+        np.testing.assert_allclose(found, [2, 3], rtol=1e-3)
+
+
 def test_the_report_tells_the_systems_and_the_scale(sea):
     told = sea.report["crs"]
     assert (told["source"], told["target"]) == ("EPSG:4326", "EPSG:4326")

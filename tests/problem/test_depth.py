@@ -245,7 +245,15 @@ def test_depth_is_at_given_places(folder):
 
 
 @pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")
-def test_a_grid_of_another_system_is_refused(folder):
+@pytest.mark.parametrize(
+    "terms",
+    [
+        {"waves": TIDE | {"depth": "sea"}, "maximum": "20 km", "raster": {"file": "sea.tif"}},
+        {"raster": {"file": "sea.tif", "scale": 500}},
+    ],
+    ids=["by name", "as a spacing"],
+)
+def test_a_grid_of_another_system_is_refused(folder, terms):
     rasterio, _ = pytest.importorskip("rasterio"), pytest.importorskip("pyproj")
     across = rasterio.transform.from_origin(-7, 51, 0.1, 0.1)
     shape = {"height": 20, "width": 30, "count": 1, "dtype": "float32", "transform": across}
@@ -255,7 +263,7 @@ def test_a_grid_of_another_system_is_refused(folder):
         keys = {
             "domain": {"outer": {"rectangle": [-6.5, 49.2, -4.5, 50.8]}},
             "crs": {"from": "EPSG:4326"},
-            "spacing": {"waves": TIDE | {"depth": "sea"}, "maximum": "20 km", "raster": {"file": "sea.tif"}},
+            "spacing": terms,
         }
         case_of = load_case("sea.yaml", text=json.dumps(keys))
         if fits:
@@ -265,6 +273,17 @@ def test_a_grid_of_another_system_is_refused(folder):
                 CaseError, match=r"sea.tif: is in another system than crs.from: take it there by gdalwarp"
             ):
                 prepare(case_of)
+
+
+def test_what_is_missing_in_a_grid_is_told_whether_it_is_named_or_not(folder):
+    rows = np.full((20, 30), 2e4)
+    rows[5, 3:18] = -9999
+    head = "ncols 30\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 10000\nNODATA_value -9999\n"
+    (folder / "bed.asc").write_text(head + "\n".join(" ".join(map(str, row)) for row in rows))
+    raster, told = {"file": "bed.asc"}, "bed.asc: 2.5% of the values around the domain are missing: nearest ones count"
+    for terms in ({"raster": raster}, {"value": "raster.bed", "raster": raster}):
+        keys = {"domain": {"outer": {"rectangle": [0, 0, 3e5, 2e5]}}, "spacing": terms}
+        assert told in prepare(load_case("sea.yaml", text=json.dumps(keys))).warnings
 
 
 def test_the_report_tells_the_time_step_and_what_cannot_flow():
