@@ -35,7 +35,7 @@ from bubblemesh.spacing.spacing import OneKey, Spacing
 from bubblemesh.spacing.terms.combination import Combination, Term, costly, nothing
 from bubblemesh.spacing.terms.depth import Deep, NodeDepth, NotBelow, Slope, Waves
 from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
-from bubblemesh.spacing.terms.regions import RegionSpacing, RegionTerm, ShapeUnion, by_region
+from bubblemesh.spacing.terms.regions import Located, RegionLimit, RegionLimits, RegionSpacing, by_region
 
 if TYPE_CHECKING:
     from bubblemesh.problem.data_terms import DataFunction, Variables
@@ -119,7 +119,8 @@ def with_areas_below(
     These areas do not go with the scale of the spacing.
     """
     limits = [] if largest is None else [_bound(_side(largest), domain, "largest")]
-    limits += _limits_within({name: _side(area) for name, area in within.items()}, domain)
+    areas = {name: (_side(area), Key(["domain", "regions", name, "largest"])) for name, area in within.items()}
+    limits += _limits_within(areas, domain)
     if not limits:
         return request
 
@@ -154,9 +155,10 @@ def spacing_request(
     path = ("spacing", key) if spacing is given else ("spacing",)
     rest = Spacing(nothing) if value is None else _bound(value, domain, *path, rasters=rasters)
     functions, astray = _data(terms, domain, rasters)
+    limits = {name: (value, Key(["spacing", "regions", name])) for name, value in terms.regions.items()}
     found = (
         _by_region(rest, domain, own or {}, rasters),
-        *_limits_within(terms.regions, domain, rasters),
+        *_limits_within(limits, domain, rasters),
         *_of_depth(terms, domain, rasters),
         *_near(terms, domain),
         *(Spacing(_in_plane(data, domain), keys=OneKey(key)) for key, data in functions.items()),
@@ -360,24 +362,23 @@ def _spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
 
 
 def _limits_within(
-    largest: Mapping[str, Value], domain: Domain, rasters: Rasters = MappingProxyType({})
+    largest: Mapping[str, tuple[Value, Key]], domain: Domain, rasters: Rasters = MappingProxyType({})
 ) -> Iterator[Spacing]:
-    """The largest spacings within regions, by name."""
+    """The largest spacings within regions, by name with their keys, as one spacing, if there are any."""
     regions, rest = domain.parts.regions, domain.parts.rest
-    for name, value in largest.items():
-        key = Key(["spacing", "regions", name])
-        term = _bound(value, domain, *key, rasters=rasters)
-        mine, others = ([r for r in regions if (r.name == name) is same] for same in (True, False))
-        if name != rest:
-            if not mine:
-                known = dict.fromkeys([*(region.name for region in regions), rest])
-                with at_key(*key):
-                    raise CaseError(unknown("region", name, known))
-            largest = max(region.polygon.area for region in mine)
-            others = [region for region in others if region.polygon.area < largest]
-        reach = ShapeUnion(tuple(region.reach for region in mine)) if mine else None
-        within = RegionTerm(term.function, reach, ShapeUnion(tuple(region.core for region in others)))
-        yield replace(term, function=within)
+    known = list(dict.fromkeys([*(region.name for region in regions), rest]))
+    made: dict[Value, Spacing] = {}
+    limits = list[RegionLimit]()
+    for name, (value, key) in largest.items():
+        if value not in made:
+            made[value] = _bound(value, domain, *key, rasters=rasters)
+        if name not in known:
+            with at_key(*key):
+                raise CaseError(unknown("region", name, known))
+        limits.append(RegionLimit(name, made[value], key))
+    if limits:
+        within = RegionLimits(Located(regions), tuple(limits))
+        yield Spacing(within, keys=within.keys, costly=within.costly)
 
 
 def _bound(value: Value, domain: Domain, *path: str | int, rasters: Rasters = MappingProxyType({})) -> Spacing:

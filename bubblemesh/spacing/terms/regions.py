@@ -1,9 +1,9 @@
-"""Region terms: spacings that count within regions."""
+"""Spacings that count within regions: their own ones, and limits by their names."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -14,9 +14,8 @@ from bubblemesh.geometry.arrangement.regions import Region
 from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.combination import Term, costly
+from bubblemesh.spacing.terms.combination import Term
 
-Inside = Callable[[Floats, Floats], Booleans]  # which points, given as x (n,) and y (n,), lie in some set
 FINEST = 256  # cells along each side of the grid
 PER_BOX = 2  # cells along each side for each box along it
 
@@ -61,57 +60,140 @@ class Boxes:
         return point[held], box[held]
 
 
+class Found(NamedTuple):
+    """Points, in order, and regions that they are in or on the rim of."""
+
+    point: Integers  # (m,)
+    region: Integers  # (m,)
+    inside: Booleans  # (m,): off the rim
+
+
 @record
-class ShapeUnion:
-    """The places inside any of some shapes, of which there may be hundreds."""
+class Located(Uncached):
+    """Regions, of which there may be hundreds, that are found at points."""
 
-    shapes: tuple[shapely.Geometry, ...]
+    regions: tuple[Region, ...]
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return ShapeUnion.prepared, (self.shapes,)
+    @cached_property
+    def _cores(self) -> Floats:
+        return np.array([region.core for region in self.regions], dtype=object)
 
-    @classmethod
-    def prepared(cls, shapes: tuple[shapely.Geometry, ...]) -> "ShapeUnion":
-        """The union of shapes that are prepared here: those of another process come as mere shapes."""
-        for shape in shapes:
-            shapely.prepare(shape)
-        return cls(shapes)
+    @cached_property
+    def _reaches(self) -> Floats:
+        return np.array([region.reach for region in self.regions], dtype=object)
 
     @cached_property
     def _boxes(self) -> Boxes:
-        return Boxes.of(shapely.bounds(np.array(self.shapes, dtype=object)))
+        return Boxes.of(shapely.bounds(self._reaches))
 
-    def __call__(self, x: Floats, y: Floats) -> Booleans:
-        """Whether each of the points with coordinates x (n,) and y (n,) is there."""
-        inside = np.zeros(len(x), bool)
-        if self.shapes:
-            point, shape = self._boxes.holding(x, y)
-            held = shapely.contains_xy(np.array(self.shapes, dtype=object)[shape], x[point], y[point])
-            inside[point[held]] = True
-        return inside
+    def __call__(self, x: Floats, y: Floats) -> Found:
+        """The regions at points with coordinates x (n,) and y (n,)."""
+        if not self.regions:
+            return Found(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0, bool))
+        point, region = self._boxes.holding(x, y)
+        within = shapely.contains_xy(self._reaches[region], x[point], y[point])
+        point, region = point[within], region[within]
+        return Found(point, region, shapely.contains_xy(self._cores[region], x[point], y[point]))
+
+
+class RegionLimit(NamedTuple):
+    """The largest spacing within all regions of a name, and its key in the case."""
+
+    name: str
+    spacing: Spacing
+    key: Key
 
 
 @record
-class RegionTerm:
-    """A term that asks for nothing outside a region."""
+class RegionLimits(Uncached):
+    """Largest spacings within regions by their names, of which none counts within smaller regions of another name.
 
-    term: Term  # values (n,) at x (n,) and y (n,)
-    reach: Inside | None  # points in the region or on its rim; all if there is none
-    others: Inside | None = None  # those in other regions, off their rims, that count before this one
+    On the rim the smaller one of both sides counts. The limit of a name that no region has counts outside of all.
+    """
+
+    located: Located
+    limits: tuple[RegionLimit, ...]  # at least one
+
+    @cached_property
+    def _names(self) -> Integers:
+        """Number (r,) of the name of each region."""
+        numbers: dict[str, int] = {}
+        return np.array([numbers.setdefault(region.name, len(numbers)) for region in self.located.regions], np.int64)
+
+    @cached_property
+    def _limit_of(self) -> Integers:
+        """Limit (r,) of the name of each region, -1 for none."""
+        known = {limit.name: number for number, limit in enumerate(self.limits)}
+        return np.array([known.get(region.name, -1) for region in self.located.regions], np.int64)
+
+    @cached_property
+    def _areas(self) -> Floats:
+        return np.array([region.polygon.area for region in self.located.regions])
+
+    @cached_property
+    def _widest(self) -> Floats:
+        """Area (r,) of the largest region that has the name of each region."""
+        widest = np.zeros(len(self._names))
+        np.maximum.at(widest, self._names, self._areas)
+        return widest[self._names]
+
+    @cached_property
+    def _outside(self) -> list[int]:
+        """Limits that count outside of all regions."""
+        names = {region.name for region in self.located.regions}
+        return [number for number, limit in enumerate(self.limits) if limit.name not in names]
+
+    @cached_property
+    def _functions(self) -> Integers:
+        """Number of each limit's function among those that differ."""
+        return _numbered(limit.spacing.function for limit in self.limits)
 
     @property
     def costly(self) -> bool:
-        """Whether the term takes long."""
-        return costly(self.term)
+        """Whether one of the limits takes long."""
+        return any(limit.spacing.costly for limit in self.limits)
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
-        """Values (n,) at x (n,) and y (n,), infinite outside the region and off its rim."""
-        mine = np.arange(len(x)) if self.reach is None else np.flatnonzero(self.reach(x, y))
-        if self.others is not None:
-            mine = mine[~self.others(x[mine], y[mine])]
+        """Values (n,) at x (n,) and y (n,), infinite where there is no limit."""
+        point, limit = self._found(x, y)
         values = np.full(len(x), np.inf)
-        values[mine] = self.term(x[mine], y[mine])
+        with np.errstate(invalid="ignore"):  # what is no number stays none
+            np.minimum.at(values, point, self._values(x[point], y[point], limit))
         return values
+
+    def keys(self, points: Floats) -> list[Key]:
+        """Keys (n) of the limits that have the value at points (n, 2)."""
+        x, y = points.T
+        point, limit = self._found(x, y)
+        d, mine = self(x, y)[point], self._values(x[point], y[point], limit)
+        having = (mine == d) | (np.isnan(mine) & np.isnan(d))
+        keys = [self.limits[0].key] * len(points)
+        for k, number in zip(point[having].tolist(), limit[having].tolist(), strict=True):
+            keys[k] = self.limits[number].key
+        return keys
+
+    def _found(self, x: Floats, y: Floats) -> tuple[Integers, Integers]:
+        """Points and the limits (m,) that count there."""
+        point, region, inside = self.located(x, y)
+        name = self._names[region]
+        # The smallest region around each point, and the smallest one of another name.
+        smallest, next_one, of = np.full(len(x), np.inf), np.full(len(x), np.inf), np.full(len(x), -1)
+        at, area = point[inside], self._areas[region[inside]]
+        np.minimum.at(smallest, at, area)
+        first = area == smallest[at]
+        of[at[first]] = name[inside][first]
+        other = name[inside] != of[at]
+        np.minimum.at(next_one, at[other], area[other])
+        others = np.where(of[point] == name, next_one[point], smallest[point])
+        mine = (self._limit_of[region] >= 0) & (others >= self._widest[region])
+        points, limits = [point[mine]], [self._limit_of[region[mine]]]
+        for number in self._outside:
+            points.append(np.flatnonzero(np.isinf(smallest)))
+            limits.append(np.full(len(points[-1]), number))
+        return np.concatenate(points), np.concatenate(limits)
+
+    def _values(self, x: Floats, y: Floats, limit: Integers) -> Floats:
+        return _each(x, y, self._functions[limit], lambda k: self.limits[int(limit[k])].spacing.function)
 
 
 class RegionSpacing(NamedTuple):
@@ -142,22 +224,13 @@ class _Regions(Uncached):
     own: tuple[RegionSpacing, ...]
 
     @cached_property
-    def _cores(self) -> Floats:
-        return np.array([one.region.core for one in self.own], dtype=object)
-
-    @cached_property
-    def _reaches(self) -> Floats:
-        return np.array([one.region.reach for one in self.own], dtype=object)
-
-    @cached_property
-    def _boxes(self) -> Boxes:
-        return Boxes.of(shapely.bounds(self._reaches))
+    def _located(self) -> Located:
+        return Located(tuple(one.region for one in self.own))
 
     @cached_property
     def _functions(self) -> Integers:
         """Number of each region's function among those that differ."""
-        numbers: dict[int, int] = {}
-        return np.array([numbers.setdefault(id(one.spacing.function), len(numbers)) for one in self.own])
+        return _numbered(one.spacing.function for one in self.own)
 
     @property
     def costly(self) -> bool:
@@ -167,9 +240,8 @@ class _Regions(Uncached):
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at points with coordinates x (n,) and y (n,)."""
         d = np.broadcast_to(np.asarray(self.rest.function(x, y), float), np.shape(x)).copy()
-        point, region = self._found(x, y)
-        own = self._own_values(x[point], y[point], region)
-        inside = shapely.contains_xy(self._cores[region], x[point], y[point])
+        point, region, inside = self._located(x, y)
+        own = self._values(x[point], y[point], region)
         # One region after the other where several have a point: nested ones, or neighbours at their common rim.
         _, rank = members(np.bincount(point))
         for k in range(int(rank.max(initial=-1)) + 1):
@@ -181,26 +253,31 @@ class _Regions(Uncached):
     def keys(self, points: Floats) -> list[Key]:
         """Keys (n) of what has the value at points (n, 2)."""
         x, y = points.T
-        point, region = self._found(x, y)
-        d, own = self(x, y)[point], self._own_values(x[point], y[point], region)
+        point, region, _ = self._located(x, y)
+        d, own = self(x, y)[point], self._values(x[point], y[point], region)
         having = (own == d) | (np.isnan(own) & np.isnan(d))
         keys = list(self.rest.keys(points))
         for k, number in zip(point[having].tolist(), region[having].tolist(), strict=True):
             keys[k] = self.own[number].key  # of several the last one, which is the innermost
         return keys
 
-    def _found(self, x: Floats, y: Floats) -> tuple[Integers, Integers]:
-        """Points and the regions (m,) that they are in or on the rim of, in order."""
-        point, region = self._boxes.holding(x, y)
-        within = shapely.contains_xy(self._reaches[region], x[point], y[point])
-        return point[within], region[within]
+    def _values(self, x: Floats, y: Floats, region: Integers) -> Floats:
+        return _each(x, y, self._functions[region], lambda k: self.own[int(region[k])].spacing.function)
 
-    def _own_values(self, x: Floats, y: Floats, region: Integers) -> Floats:
-        """Values (m,) of the regions' own spacings; regions with the same one are evaluated together."""
-        values = np.empty(len(region))
-        number = self._functions[region]
-        for k in np.unique(number):
-            mine = number == k
-            function = self.own[int(region[mine][0])].spacing.function
-            values[mine] = function(x[mine], y[mine])
-        return values
+
+def _numbered(functions: Iterable[Term]) -> Integers:
+    """Number (f,) of each function among those that differ."""
+    numbers: dict[int, int] = {}
+    return np.array([numbers.setdefault(id(function), len(numbers)) for function in functions], np.int64)
+
+
+def _each(x: Floats, y: Floats, number: Integers, function_of: Callable[[int], Term]) -> Floats:
+    """Values (m,) at x (m,) and y (m,) of functions by their numbers (m,), each evaluated once.
+
+    ``function_of`` tells that of one of the points.
+    """
+    values = np.empty(len(number))
+    for each, first in zip(*np.unique(number, return_index=True), strict=True):
+        mine = number == each
+        values[mine] = function_of(int(first))(x[mine], y[mine])
+    return values
