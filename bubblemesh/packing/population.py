@@ -250,7 +250,10 @@ def _turns(net: Net) -> Floats:
 
 
 def across_wide_corners(net: Net, gone: Booleans) -> Integers:
-    """Edges (k, 2) inside the domain that face too wide an angle at a corner of the boundary."""
+    """Edges (k, 2) inside the domain that face too wide an angle at a corner of the boundary.
+
+    A corner at which the boundary goes straight on, as those along cuts, seams and the fronts of layers, is none.
+    """
     return np.sort(facing_wide_corners(net, gone, lambda at, v: v / net.bubbles.d[at, None]), axis=1)
 
 
@@ -263,6 +266,8 @@ def facing_wide_corners(net: Net, gone: Booleans, in_spacings: Callable[[Integer
     first = np.argmin(net.triangles, axis=1)
     beside = np.flatnonzero(any_of_rows(net.triangles < corners) & ~any_of_rows(gone[net.triangles]))
     apex, a, b = (net.triangles[beside, (first[beside] + k) % 3] for k in range(3))
+    turning = _turns(net)[apex] >= STRAIGHT
+    apex, a, b = apex[turning], a[turning], b[turning]
     u, v = (in_spacings(apex, taken(x, end) - taken(x, apex)) for end in (a, b))
     wide = np.einsum("ij,ij->i", u, v) < WIDEST_CORNER * np.hypot(*u.T) * np.hypot(*v.T)
     roomy = np.hypot(*(u + v).T) / 2 > NEAREST_TO_CORNER

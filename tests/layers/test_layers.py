@@ -483,6 +483,15 @@ def test_the_count_that_is_advised_is_enough_around_a_body(first, growth, count)
     assert not [text for text in result.report["warnings"] if "times as high" in text]
 
 
+def test_the_packing_above_layers_settles_soon_at_the_number_of_nodes_that_the_spacing_asks_for():
+    domain = {"outer": {"rectangle": [0, 0, 2.2, 0.41], "label": "wall"}}
+    spacing, layers = "min(0.004 + 0.1*hypot(x - 0.2, y - 0.2), 0.012)", {"first": 4e-4, "until": "isotropic"}
+    result = run(domain, {"on": "wall", **layers}, spacing=spacing)
+    expected = prepared(domain, {"on": "wall", **layers}, spacing=spacing).expected_nodes
+    assert len(result.mesh.points) == pytest.approx(expected, rel=0.015)
+    assert len(result.report["rounds"]) <= 7
+
+
 def test_thin_cells_of_fans_do_not_hide_that_sizes_jump_at_the_walls():
     body = {"rectangle": [0.5, 0.4, 0.9, 0.6], "label": "body"}
     domain = {"outer": {"rectangle": [0, 0, 2, 1], "label": "far"}, "holes": [body]}
