@@ -131,7 +131,8 @@ def check_spacing(
         seconds=seconds,
     )
     problem = problem if metric is None else _in_metric(problem, metric)
-    return _beside_layers(problem, fitted.filled.spacing.ground, metric) if task.ladders else problem
+    problem = _beside_layers(problem, fitted.filled.spacing.ground, metric) if task.ladders else problem
+    return replace(problem, warnings=(*problem.warnings, *warnings.small_parts(task.parts, problem.packed_nodes)))
 
 
 def _hidden(domain: Domain, task: Task) -> Floats | None:

@@ -33,6 +33,7 @@ FEW_NODES = 100  # below which the boundary decides the number
 MANY_TIMES = 1.5  # the nodes of a spacing: what takes more of them is told
 SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
+SMALL_PART = 500  # nodes, below which seams are most of the work on a part
 
 
 def sharp_angles(domain: Domain) -> list[str]:
@@ -53,6 +54,17 @@ def sharp_angles(domain: Domain) -> list[str]:
     return [
         f"{len(sharp)} angles of the domain are below {SHARPEST:g} degrees, {which} {told}: triangles there are as "
         "sharp, and no mesh can do better"
+    ]
+
+
+def small_parts(parts: int | None, nodes: float) -> list[str]:
+    """Warning of so many parts, if a number is given, that each has few of the nodes."""
+    if parts is None or parts == 1 or nodes >= parts * SMALL_PART:
+        return []
+    most = max(int(nodes / SMALL_PART), 1)
+    return [
+        f"parts: {parts} of about {nodes / parts:.0f} nodes each take longer than one piece, and the mesh is less good "
+        f"along their seams: ask for at most {most}"
     ]
 
 

@@ -1,8 +1,9 @@
 """Where the parts of a run are kept while it goes on, and after it was ended, for one that goes on with them."""
 
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from glob import escape
 from pathlib import Path
 
@@ -34,32 +35,29 @@ def parts_kept(case: Case, place: Destination | StreamDestination, resume: bool,
             raise CaseError("--resume: there is no place for the parts with -o -: name a folder or a file")
         yield IN_MEMORY
         return
-    in_slices = not whole_only(place.formats)
-    try:
-        with existing(place.folder, lasting=False):
+    in_slices, kept = not whole_only(place.formats), f".{place.name}.parts-"
+    with ExitStack() as until_end:
+        try:
+            until_end.enter_context(existing(place.folder, lasting=False))
+            folder: Path | None = None
             if resume:
                 digest = inputs_digest(case, contents_of(case, case.root), version=__version__, in_slices=in_slices)
-                with _remaining(place.folder, f".{place.name}.parts-", digest[:DIGITS]) as folder:
-                    yield Keeping(lambda scale: InFolder(_within(folder, scale), shared=shared), in_slices)
+                folder = until_end.enter_context(_remaining(place.folder / f"{kept}{digest[:DIGITS]}"))
             elif in_slices:
-                with temporary_folder(place.folder, _PREFIX) as folder:
-                    yield Keeping(lambda scale: InFolder(_within(folder, scale), shared=shared), in_slices)
-            else:
-                yield IN_MEMORY
-    except OSError as error:
-        raise unwritten(place.folder, error) from error
+                folder = until_end.enter_context(temporary_folder(place.folder, _PREFIX))
+        except OSError as error:
+            raise unwritten(place.folder, error) from error
+        yield IN_MEMORY if folder is None else Keeping(partial(_store, folder, shared), in_slices)
+        # The mesh is there: what earlier runs have left for one that goes on is not needed any more.
+        _remove_abandoned(place.folder.glob(f"{escape(kept)}*"), but=folder)
 
 
 @contextmanager
-def _remaining(parent: Path, prefix: str, digest: str) -> Iterator[Path]:
-    """A folder that stays after an exception; otherwise it goes, and those of other inputs with it.
-
-    CaseError if another run is at work there.
-    """
-    folder = parent / f"{prefix}{digest}"
+def _remaining(folder: Path) -> Iterator[Path]:
+    """A folder that stays after an exception, and otherwise goes; CaseError if another run is at work there."""
     folder.mkdir(exist_ok=True)
     with locked(folder) as mine:
-        if not mine:
+        if not (mine and folder.exists()):  # the other one may just have ended
             raise CaseError(f"--resume: another run is at work with the parts in {folder}: wait until it has ended")
         try:
             yield folder
@@ -67,14 +65,23 @@ def _remaining(parent: Path, prefix: str, digest: str) -> Iterator[Path]:
             with suppress(OSError):
                 folder.rmdir()  # if nothing was done
             raise
-        for other in parent.glob(f"{escape(prefix)}*"):
-            with suppress(OSError), nullcontext(True) if other == folder else locked(other) as abandoned:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _remove_abandoned(folders: Iterable[Path], but: Path | None) -> None:
+    """Remove folders with which no run is at work."""
+    for folder in folders:
+        if folder != but:
+            with suppress(OSError), locked(folder) as abandoned:
                 if abandoned:
-                    shutil.rmtree(other, ignore_errors=True)
+                    shutil.rmtree(folder, ignore_errors=True)
 
 
-def _within(folder: Path, scale: float) -> Path:
-    """Folder for the parts of a packing by the factor of its spacing."""
+def _store(folder: Path, shared: bool, scale: float) -> InFolder:
+    """Where the parts of a packing by the factor of its spacing are kept."""
     own = folder / repr(scale)
-    own.mkdir(exist_ok=True)
-    return own
+    try:
+        own.mkdir(exist_ok=True)
+    except OSError as error:
+        raise unwritten(own, error) from error
+    return InFolder(own, shared=shared)

@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 from commands import command, contents
 from test_parted import AREAS, CHECKS, DISC, PERIODIC, REGIONS, case
+from typer.testing import CliRunner
 
+from bubblemesh.cli import app
 from bubblemesh.errors import BubblemeshError, FileError
 from bubblemesh.files import locked
 from bubblemesh.meshes.conformity import require_piece
@@ -299,6 +301,28 @@ def test_other_inputs_find_no_parts(here, monkeypatch):
     assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "--resume", "-q", "--seed", "5")[0] == 0
     assert sorted(packed) == [0, 1]
     assert not kept.exists()
+
+
+@pytest.mark.parametrize("options", [["--format", "xdmf"], ["--format", "msh"]])
+def test_a_run_that_does_not_go_on_removes_what_one_has_left_that_was_ended(here, monkeypatch, options):
+    ended_on_its_way(monkeypatch)
+    (kept,) = (here / "out").iterdir()
+    with locked(kept):  # by a run that is at work
+        assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "-q", *options)[0] == 0
+        assert kept.exists() or sys.platform == "win32"
+    assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "-q", *options)[0] == 0
+    assert not list(here.glob("out/.*"))
+
+
+@pytest.mark.parametrize("options", [[], ["--resume"]])
+def test_an_error_that_is_none_of_the_parts_is_told_as_it_is(here, monkeypatch, options):
+    def late(*given):
+        raise TimeoutError("too late")  # an OSError as well
+
+    monkeypatch.setattr("bubblemesh.cli.cases.deliver", late)
+    result = CliRunner().invoke(app, ["run", "plate.yaml", "-o", "out", "--parts", "2", "-q", *options])
+    assert "TimeoutError: too late" in result.stderr
+    assert "cannot write" not in result.stderr
 
 
 @pytest.mark.parametrize(
