@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from ezdxf.math import bulge_center
+from ezdxf.math import arc_angle_span_deg, bulge_center, ellipse_param_span
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
@@ -15,7 +15,7 @@ from bubblemesh.readers.rings import reversed_curve
 from bubblemesh.readers.sampling import splines
 
 FLAT = 3e-8  # bulge that is none but for rounding
-FULL_TURN = 2 * np.pi * (1 - 1e-9)
+FULL_TURN = 1 - 1e-9  # in turns: arcs whose ends differ by rounding
 CHAINED = 1e-6  # of the extent of a fill's boundary: edges of it that differ by rounding
 FRAME = 16  # flag of a polyline's vertex that draws nothing, but shapes a spline
 TEXT_BOX = 8  # flag of a fill's boundary around a text
@@ -34,10 +34,11 @@ def _line(entity: Any, name: str, label: str | None) -> Curves:
 
 
 def _arc(entity: Any, name: str, label: str | None) -> Curves:
+    span = arc_angle_span_deg(entity.dxf.start_angle, entity.dxf.end_angle)  # 360 for 0 to 360, but 0 for equal angles
+    if span == 0 or span / 360 > FULL_TURN:
+        return _circle(entity, name, label)
     center = entity.ocs().to_wcs(entity.dxf.center)
     start, end, middle = finite_points([entity.start_point, entity.end_point, center], name)
-    if np.radians((entity.dxf.end_angle - entity.dxf.start_angle) % 360) > FULL_TURN:
-        end = start
     curve = CompoundCurve(start, (ArcTo(end, middle, _mirrored(entity) > 0, label),), name)
     return [curve] if start != middle else []
 
@@ -48,12 +49,12 @@ def _circle(entity: Any, name: str, label: str | None) -> Curves:
 
 
 def _ellipse(entity: Any, name: str, label: str | None) -> Curves:
-    begin, sweep = entity.dxf.start_param, (entity.dxf.end_param - entity.dxf.start_param) % (2 * np.pi)
+    begin, sweep = entity.dxf.start_param, ellipse_param_span(entity.dxf.start_param, entity.dxf.end_param)
     center, (x, y) = finite_points([entity.dxf.center, entity.dxf.major_axis], name)
     long = float(np.hypot(x, y))
     if long * entity.dxf.ratio == 0:
         return []
-    if sweep == 0 or sweep > FULL_TURN:
+    if sweep == 0 or sweep / (2 * np.pi) > FULL_TURN:
         return [rings.ellipse(center, (long, long * entity.dxf.ratio), float(np.degrees(np.arctan2(y, x))), label)]
     return _sampled([_through(entity.vertices, begin, begin + sweep, name)], name, label)
 
@@ -140,7 +141,7 @@ def _edge(edge: Any, name: str, label: str | None) -> list[CompoundCurve]:
         return [CompoundCurve(start, (ArcTo(end, center, bool(edge.ccw), label),), name)]
     if kind == "EllipseEdge":
         tool = edge.construction_tool()
-        begin, sweep = tool.start_param, (tool.end_param - tool.start_param) % (2 * np.pi) or 2 * np.pi
+        begin, sweep = tool.start_param, ellipse_param_span(tool.start_param, tool.end_param) or 2 * np.pi
         made = _sampled([_through(tool.vertices, begin, begin + sweep, name)], name, label)
     else:
         made = _b_spline(edge.construction_tool(), name, label)

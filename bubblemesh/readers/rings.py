@@ -186,7 +186,7 @@ def _moved(curve: CompoundCurve, link: Link, meet: Floats) -> CompoundCurve:
 def _between(piece: Piece, start: Point, new_start: Point, new_end: Point) -> Piece:
     """The piece from ``start`` with moved ends: an arc keeps its angle, a Bézier curve what it does at each end.
 
-    A spline keeps its inner points.
+    A spline keeps its inner points. An arc whose ends meet is a circle, or no length if it is less than half of one.
     """
     if isinstance(piece, LineTo):
         return piece._replace(to=new_end)
@@ -199,7 +199,9 @@ def _between(piece: Piece, start: Point, new_start: Point, new_end: Point) -> Pi
         return piece._replace(to=new_end, first=first, second=second)
     # Points as complex numbers: the similarity that takes the old chord to the new one takes the centre along.
     p, q, c, a, b = (complex(*point) for point in (start, piece.to, piece.center, new_start, new_end))
-    center = c + a - p if p == q else a + (c - p) * ((b - a) / (q - p))
+    if a == b and p != q and (((q - c) * (p - c).conjugate()).imag > 0) == piece.left:
+        return LineTo(new_end, piece.label)
+    center = c + a - (p + q) / 2 if a == b or p == q else a + (c - p) * ((b - a) / (q - p))
     return piece._replace(to=new_end, center=(center.real, center.imag))
 
 

@@ -82,14 +82,48 @@ class TestDrawings:
         assert area(drawn(draw)) == pytest.approx(1)
 
     @pytest.mark.parametrize("extrusion", [1, -1])
-    @pytest.mark.parametrize("turn", [(0, 360), (37, 397), (90, 90 + 360 * (1 - 1e-12))])
-    def test_an_arc_of_a_full_turn_is_closed(self, drawn, turn, extrusion):
+    @pytest.mark.parametrize("center", [(0, 0), (400, 500)])
+    @pytest.mark.parametrize(
+        "turn", [(0, 360), (90, 450), (0, -360), (37, 397), (90, 90 + 360 * (1 - 1e-12)), (0, 360 * (1 + 1e-12))]
+    )
+    def test_an_arc_of_a_full_turn_is_closed(self, drawn, turn, center, extrusion):
         path = drawn(
             lambda document: document.modelspace().add_arc(
-                (400, 500), 0.3, *turn, dxfattribs={"extrusion": (0, 0, extrusion)}
+                center, 0.3, *turn, dxfattribs={"extrusion": (0, 0, extrusion)}
             )
         )
         assert area(path) == pytest.approx(0.09 * np.pi, rel=1e-3)
+
+    def test_an_arc_of_a_full_turn_is_a_hole_and_not_skipped(self, drawn):
+        def draw(document):
+            document.modelspace().add_lwpolyline([(-2, -2), (2, -2), (2, 2), (-2, 2)], close=True)
+            document.modelspace().add_arc((0, 0), 1, 0, 360)
+
+        plate = domain(drawn(draw), open="skip")
+        assert plate.polygon.area == pytest.approx(16 - np.pi, rel=1e-3)
+        assert plate.notes == ()
+
+    @pytest.mark.parametrize("turn", [(0, 1), (0.25, 1.25), (0, 1 + 1e-12), (0, 1 - 1e-12)])
+    def test_an_ellipse_of_a_full_turn_is_whole(self, drawn, turn):
+        begin, end = 2 * np.pi * np.array(turn)
+        path = drawn(lambda document: document.modelspace().add_ellipse((5, 3), (0, 2), 0.5, begin, end))
+        (ring,) = read_rings(path, Selection())
+        assert [type(side.curve) for side in ring.sides] == [Ellipse]
+
+    def test_an_arc_is_joined_with_itself(self, drawn):
+        path = drawn(lambda document: document.modelspace().add_arc((0, 0), 1, 0, 359.9999))
+        ring = domain(path, join=1e-5)
+        assert ring.notes == ("a.dxf: 1 gaps joined, the widest (1.75e-06) at (1, 0)",)
+        assert ring.polygon.area == pytest.approx(np.pi, rel=1e-3)
+
+    def test_a_short_arc_that_is_joined_with_itself_is_nothing(self, drawn):
+        def draw(document):
+            document.modelspace().add_circle((0, 0), 1)
+            document.modelspace().add_arc((0, 0), 0.5, 0, 1)
+
+        ring = domain(drawn(draw), join=0.01)
+        assert ring.polygon.area == pytest.approx(np.pi, rel=1e-3)
+        assert any("1 flat ring dropped" in note for note in ring.notes)
 
     def test_gaps_are_joined_within_a_tolerance_only(self, drawn):
         def draw(document):
