@@ -22,7 +22,7 @@ from bubblemesh.geometry.nesting import nested, shapes_of
 from bubblemesh.geometry.paths import Area, Line, OpenPath, Point, Ring, as_point
 from bubblemesh.geometry.rings import BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import counted
-from bubblemesh.readers.duplicates import without_copies
+from bubblemesh.readers.duplicates import without_copies, without_same_circles
 from bubblemesh.readers.features import Clip, CompoundCurve, Feature, vertices_of
 from bubblemesh.readers.open_curves import on_rings
 from bubblemesh.readers.rings import Joining, meeting, rings_of_curves
@@ -136,13 +136,14 @@ def _merged(features: Sequence[Feature], window: shapely.MultiPolygon, joining: 
     curves, slips = without_copies([curve for one in features for curve in one.curves])
     closing, lines = _parted(curves, joining)
     joined = rings_of_curves(closing, Joining(joining.reach))
-    areas = nested([Area(ring) for ring in (*(ring for one in features for ring in one.rings), *joined.rings)])
+    loops, copies = without_same_circles([*(ring for one in features for ring in one.rings), *joined.rings])
+    areas = nested(list(map(Area, loops)))
     left = [ring for area in areas for seen in _cut_area(area, clip, window, tally) for ring in seen.rings]
     parts = [part for line in lines for part in _cut_line(line, window, tally)]
     points = [point for one in features for point in one.points if shapely.covers(window, shapely.Point(point))]
     tally.gone += sum(len(one.points) for one in features) - len(points)
     notes = dict.fromkeys((*(note for one in features for note in one.notes), *joined.notes))
-    dropped = reduce(add, (one.slips for one in features), slips + joined.slips)
+    dropped = reduce(add, (one.slips for one in features), slips + joined.slips + copies)
     kept = replace(first, rings=tuple(left), curves=tuple(parts), points=tuple(points))
     return replace(kept, notes=tuple(notes), slips=dropped, clips=tuple(others))
 

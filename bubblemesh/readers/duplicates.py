@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.geometry.paths import Arc, Ellipse, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.readers.features import CompoundCurve
 from bubblemesh.readers.slips import Slips
@@ -28,6 +29,45 @@ def without_copies(curves: Sequence[CompoundCurve]) -> tuple[list[CompoundCurve]
             near.append(curve)
             kept.append(curve)
     return kept, slips
+
+
+def without_same_circles(rings: Sequence[Ring]) -> tuple[list[Ring], Slips]:
+    """The rings without whole circles and ellipses that are the same as an earlier one, and the number of these."""
+    forms = {k: form for k, ring in enumerate(rings) if (form := _form(ring)) is not None}
+    if len(forms) < 2:
+        return list(rings), Slips()
+    numbers = np.array(list(forms.values()))
+    reach = np.abs(numbers[:, 2:]).sum(axis=1)[:, None]
+    tolerance = SAME * float(np.ptp(np.vstack([numbers[:, :2] - reach, numbers[:, :2] + reach]), axis=0).max())
+    known: dict[tuple[float, ...], list[Floats]] = {}
+    copies = set[int]()
+    for k, form in forms.items():
+        near = known.setdefault(tuple(np.rint(form / (1000 * tolerance)).tolist()), [])
+        if any(np.allclose(form, other, rtol=0, atol=tolerance) for other in near):
+            copies.add(k)
+        else:
+            near.append(form)
+    if not copies:
+        return list(rings), Slips()
+    first = as_point(rings[min(copies)].outline[0])
+    return [ring for k, ring in enumerate(rings) if k not in copies], Slips(copies=len(copies), first=first)
+
+
+def _form(ring: Ring) -> Floats | None:
+    """Numbers (5,), all lengths, that whole circles and ellipses share if they are the same; None for other rings.
+
+    They are the centre and the symmetric matrix R diag(a, b) R^T of the semi-axes, which takes the unit circle to the
+    ellipse, whichever of its axes is given first.
+    """
+    match ring.sides[0].curve:
+        case Arc(center, radius) if not ring.vertices:
+            (a, b), angle = (radius, radius), 0.0
+        case Ellipse(center, (a, b), angle):
+            pass
+        case _:
+            return None
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([*center, a * cos**2 + b * sin**2, (a - b) * sin * cos, a * sin**2 + b * cos**2])
 
 
 def _key(curve: CompoundCurve, tolerance: float) -> tuple[int, ...]:

@@ -13,7 +13,7 @@ from bubblemesh.geometry.paths import OpenPath, Point
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, meant
 from bubblemesh.readers.clips import clipped
-from bubblemesh.readers.duplicates import without_copies
+from bubblemesh.readers.duplicates import without_copies, without_same_circles
 from bubblemesh.readers.features import INNER, SPARE, Feature, text_of, writable_label
 from bubblemesh.readers.formats import FORMATS, content_of, length_notes
 from bubblemesh.readers.projecting import taken
@@ -43,14 +43,15 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
         for curve in curves:
             with prefixed(curve.name):
                 found.append(rings.open_path(curve.start, curve.pieces, ""))
-        loops = [ring for one in used for ring in (*one.rings, *(ring for area in one.areas for ring in area))]
+        closed = [ring for one in used for ring in (*one.rings, *(ring for area in one.areas for ring in area))]
+        loops, copies = without_same_circles(closed)
         found += [OpenPath.around(ring, "") for ring in loops]
         left_out = counted(sum(len(one.points) for one in used), "point")
         if not found:
             raise CaseError(
                 f"there is no line in it (but {left_out}): give lines or rings, or another layer or feature"
             )
-    slips = reduce(add, (one.slips for one in used), slips)
+    slips = reduce(add, (one.slips for one in used), slips + copies)
     notes = [
         *content.notes,
         *length_notes(content, selection),

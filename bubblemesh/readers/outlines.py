@@ -15,6 +15,7 @@ from bubblemesh.messages import counted
 from bubblemesh.readers.advice import Outcome, ways_out
 from bubblemesh.readers.areas import areas_of
 from bubblemesh.readers.clips import clipped
+from bubblemesh.readers.duplicates import without_same_circles
 from bubblemesh.readers.features import FILL, HIDDEN, REGION, SPARE, Feature
 from bubblemesh.readers.linework import rings_of_linework
 from bubblemesh.readers.rings import Joining, rings_of_curves
@@ -96,7 +97,8 @@ def _bounding(features: Sequence[Feature], joining: Joining) -> _Found:
     if areas:
         return _Found(areas, rings, left_out, (), slips)
     joined = rings_of_linework(curves, joining) if joining.mend else rings_of_curves(curves, joining)
-    return _Found(areas, rings + joined.rings, left_out, joined.notes, slips + joined.slips)
+    loops, copies = without_same_circles(rings + joined.rings)  # arcs that are joined may be a circle too
+    return _Found(areas, loops, left_out, joined.notes, slips + joined.slips + copies)
 
 
 def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> BubblemeshError:

@@ -8,6 +8,7 @@ from geometry_files import area, domain, read_rings
 
 from bubblemesh.errors import CaseError, GeometryError, LimitError
 from bubblemesh.geometry.paths import Arc, Line
+from bubblemesh.readers.embedded import read_lines
 from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
@@ -113,6 +114,26 @@ class TestPolylines:
         path = drawn(draw)
         assert area(path) == pytest.approx(16 - np.pi, rel=1e-3)
         assert notes_of(path) == ["3 double lines dropped, the first at (4, 0)"]
+
+    def test_circles_and_ellipses_drawn_twice(self, drawn):
+        def draw(document):
+            space = document.modelspace()
+            space.add_circle((0, 0), 5)
+            space.add_circle((0, 0), 5, dxfattribs={"layer": "COPY"})
+            space.add_circle((2, 0), 1)
+            space.add_arc((2, 0), 1 + 1e-10, 90, 270)
+            space.add_arc((2, 0), 1, 270, 90)
+            space.add_ellipse((-2, 0), (0, 2), 0.5)
+            space.add_ellipse((-2, 0), (0, -2), 0.5, np.pi, 3 * np.pi)
+            space.add_circle((-2, 0), 0.5)  # an island, not a copy
+            space.add_arc((-2, 0), 0.5, 0, 360)
+
+        path = drawn(draw)
+        assert area(path, part="largest") == pytest.approx((25 - 1 - 2) * np.pi, rel=2e-3)
+        assert "4 double lines dropped, the first at (5, 0)" in notes_of(path, part="largest")
+        assert len(read_areas(path, Selection(part="all"))) == 2
+        lines = read_lines(path, Selection())
+        assert lines[0].notes == ("a.dxf: 3 double lines dropped, the first at (5, 0)",)
 
 
 class TestSplines:
