@@ -12,6 +12,7 @@ import shapely
 from ezdxf import recover
 from ezdxf.filemanagement import readfile
 from ezdxf.lldxf.const import DXFError
+from ezdxf.lldxf.types import DOUBLE
 from ezdxf.xclip import XClip
 
 from bubblemesh.errors import CaseError, LimitError
@@ -88,9 +89,25 @@ def _drawing(path: Path, content: bytes) -> tuple[Any, tuple[str, ...]]:
     except (DXFError, *DAMAGES) as error:
         if not content.rstrip(b"\0\x1a \t\r\n").endswith(END):
             raise EOFError("it is cut off: EOF, the last word of a drawing, is missing") from error
+    _require_numbers(content)
     drawing, audit = recover.readfile(path)
     faults = len(audit.fixes) + len(audit.errors)
     return drawing, (f"its structure has faults, and is read as far as it can be ({counted(faults, 'fault')} found)",)
+
+
+def _require_numbers(content: bytes) -> None:
+    """CaseError with the line of a number that is none: the library mends it to the digits that it begins with."""
+    lines = content.split(b"\n")
+    for number, (code, value) in enumerate(zip(lines[::2], lines[1::2], strict=False)):
+        if not code.strip().isdigit():  # it is damaged otherwise, as the library tells
+            return
+        try:
+            float(b"".join(value.split()) if int(code) in DOUBLE else 0)
+        except ValueError:
+            text = shown(value.decode(errors="replace"), 40)
+            raise CaseError(
+                f"line {2 * number + 2}: {text!r} is no number: save it with decimal points, or correct it there"
+            ) from None
 
 
 def _features(drawing: Any, notes: tuple[str, ...]) -> FeatureCollection:

@@ -1,6 +1,7 @@
 """DXF drawings as CAD programs write them: fills, blocks in arrays, hidden layers, heights, doubled lines."""
 
 import contextlib
+import re
 
 import numpy as np
 import pytest
@@ -376,3 +377,15 @@ def test_a_structure_with_faults_is_read_with_a_note_unless_it_is_cut(drawn):
         path.write_text(text[:length])
         with pytest.raises(CaseError, match=r"not a valid DXF drawing: it is cut off: EOF, .* is missing: save"):
             domain(path)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("number", ["2,5", "2.5.1", "2.5D+0", ""])
+def test_a_number_that_is_none_is_told_with_its_line(tmp_path, number, end):
+    pytest.importorskip("ezdxf")
+    entity = ["0", "CIRCLE", "8", "0", "10", "0.0", "20", "0.0", "40", number]
+    lines = ["0", "SECTION", "2", "ENTITIES", *entity, "0", "ENDSEC", "0", "EOF", ""]
+    (tmp_path / "a.dxf").write_bytes(end.join(lines).encode())
+    told = f"line 14: '{number}' is no number: save it with decimal points, or correct it there"
+    with pytest.raises(CaseError, match=re.escape(told)):
+        domain(tmp_path / "a.dxf")
