@@ -3,17 +3,27 @@
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from bubblemesh.readers.svg_source import COMMENT, Element
 from bubblemesh.records import record
 
 INHERITED = ("fill", "fill-rule", "clip-rule", "stroke", "visibility")
-OWN = ("display", "clip-path", "mask")
+OWN = ("display", "clip-path", "mask", "transform-origin", "transform-box")
+CSS = ("transform", "translate", "rotate", "scale")  # that are no attributes, or others there
+IMPORTANT = re.compile(r"!\s*important\s*$")
 RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
 PART = re.compile(r"([.#]?)([\w-]+|\*)")
 COMPOUND = re.compile(r"(?:[.#]?[\w-]+|\*)(?:[.#][\w-]+)*")
 
 Style = dict[str, str]
+
+
+class Declared(NamedTuple):
+    """Declarations of a rule or a style, and those of them that are more important than all others."""
+
+    usual: Style
+    important: Style
 
 
 @record
@@ -22,7 +32,7 @@ class _Rule:
 
     steps: tuple[frozenset[str], ...]  # of names with their marks: path, .class, #id
     weight: tuple[int, int, int, int]  # ids, classes, tags, place in the sheet
-    declared: Style
+    declared: Declared
 
 
 @dataclass
@@ -38,7 +48,7 @@ class StyleSheet:
         text = "".join(COMMENT.sub("", "".join(one.text)) for one in root.all() if one.tag == "style")
         for number, (selectors, body) in enumerate(RULE.findall(text)):
             declared = _declared(body)
-            for selector in selectors.split(",") if declared else ():
+            for selector in selectors.split(",") if any(declared) else ():
                 words = selector.replace(">", " ").split()
                 if words and all(COMPOUND.fullmatch(word) for word in words):
                     steps = tuple(frozenset(mark + name for mark, name in PART.findall(word)) for word in words)
@@ -54,10 +64,11 @@ class StyleSheet:
         given = {key: element.attributes[key].strip() for key in (*INHERITED, *OWN) if key in element.attributes}
         names = _names(element)
         rules = [rule for name in ("*", *names) for rule in self.rules.get(name, ()) if rule.steps[-1] <= names | {"*"}]
-        for rule in sorted(rules, key=lambda rule: rule.weight):
-            if len(rule.steps) == 1 or _is_within(rule.steps[:-1], around):
-                given |= rule.declared
-        given |= _declared(element.attributes.get("style", ""))
+        rules = [rule for rule in rules if len(rule.steps) == 1 or _is_within(rule.steps[:-1], around)]
+        declared = [rule.declared for rule in sorted(rules, key=lambda rule: rule.weight)]
+        declared.append(_declared(element.attributes.get("style", "")))
+        for one in (*(some.usual for some in declared), *(some.important for some in declared)):
+            given |= one
         return found | {key: value for key, value in given.items() if value != "inherit"}
 
 
@@ -74,8 +85,11 @@ def _is_within(steps: Sequence[frozenset[str]], around: Sequence[Element]) -> bo
     return all(any(step <= _names(element) | {"*"} for element in left) for step in steps)
 
 
-def _declared(body: str) -> Style:
-    pairs = (part.partition(":") for part in body.split(";"))
-    known = {key.strip().lower(): value.replace("!important", "").strip() for key, _, value in pairs}
-    plain = {key: value if "url(" in value else value.lower() for key, value in known.items()}  # ids have their case
-    return {key: value for key, value in plain.items() if key in (*INHERITED, *OWN) and value}
+def _declared(body: str) -> Declared:
+    usual, important = Style(), Style()
+    for key, _, value in (part.partition(":") for part in body.split(";")):
+        name, plain = key.strip().lower(), IMPORTANT.sub("", value).strip()
+        if name in (*INHERITED, *OWN, *CSS) and plain:
+            kept = usual if IMPORTANT.search(value) is None else important
+            kept[name] = plain if "url(" in plain else plain.lower()  # ids have their case
+    return Declared(usual, important)

@@ -17,6 +17,7 @@ from bubblemesh.readers.svg_clips import Stencil, clip_of
 from bubblemesh.readers.svg_curves import PIXELS, SHAPES, Size, curves_of, path_of
 from bubblemesh.readers.svg_source import HREFS, MOST_ELEMENTS, UNDRAWN, Element, too_much_clipping
 from bubblemesh.readers.svg_style import Style, StyleSheet
+from bubblemesh.readers.svg_transform import transform_of
 from bubblemesh.records import record
 
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
@@ -99,7 +100,7 @@ def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn
     here = replace(
         around,
         elements=(*around.elements, element),
-        transform=f"{around.transform} {element.attributes.get('transform', '')}".strip(),
+        transform=f"{around.transform} {transform_of(element, style, around.elements, drawing.size)}".strip(),
         style=style,
         hidden=around.hidden or style.get("display") == "none",
         masked=around.masked or style.get("mask", "none") != "none",
@@ -176,7 +177,7 @@ def _clip(drawing: Drawing, element: Element, around: Around, here: Around) -> C
 def _made(drawing: Drawing, target: Element, transform: str, inside: tuple[str, ...]) -> Clip:
     """The clip that the shapes of a clipPath are together."""
     style = drawing.sheet.style(target, (), {})
-    whole = f"{transform} {target.attributes.get('transform', '')}".strip()
+    whole = f"{transform} {transform_of(target, style, (), drawing.size)}".strip()
     here = Around((target,), whole, style, inside=inside)
     own = _clip(drawing, target, Around(inside=inside), replace(here, transform=transform))
     here = replace(here, clips=() if own is None else (own,))

@@ -1,11 +1,13 @@
 """SVG drawings as programs write them: logos, icons, maps, layers of Inkscape, style sheets of Illustrator."""
 
+import re
+
 import numpy as np
 import pytest
 import shapely
 from geometry_files import area, domain, read_rings
 
-from bubblemesh.errors import LimitError
+from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.paths import Arc, Line
 from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
@@ -217,6 +219,55 @@ class TestStructure:
     def test_groups_and_shapes_are_transformed_from_the_inside_out(self, written):
         path = drawing(written, '<g transform="rotate(90)"><rect transform="translate(3,0)" width="2" height="1"/></g>')
         assert domain(path).bounds == pytest.approx((-1, -5, 0, -3))
+
+    @pytest.mark.parametrize(
+        ("given", "bounds"),
+        [
+            ('style="transform: scale(2)"', (0, -2, 4, 0)),
+            ('style="transform: rotate(90deg) translateX(3px)"', (-1, -5, 0, -3)),
+            ('style="transform: none" transform="scale(2)"', (0, -1, 2, 0)),
+            ('style="translate: 3px 1px; scale: 2" transform="scale(2 1)"', (3, -3, 11, -1)),
+            ('class="moved" transform="scale(2)"', (10, -1, 12, 0)),
+            ('class="moved" style="transform: translate(1px)"', (1, -1, 3, 0)),
+            ('transform="rotate(90)" transform-origin="2 1"', (2, -1, 3, 1)),
+            ('style="transform: scale(2); transform-origin: 2px 0"', (-2, -2, 2, 0)),
+            ('style="transform: scale(2); transform-origin: bottom 50%"', (-12, 22, -8, 24)),
+            ('style="transform-box: fill-box; transform-origin: 50% 50%"', (0, -1, 2, 0)),
+            ('style="transform-box: fill-box" transform="translate(3)"', (3, -1, 5, 0)),
+        ],
+    )
+    def test_transforms_of_css_and_their_origins(self, written, given, bounds):
+        path = drawing(
+            written, f"<style>.moved {{ transform: translate(10px, 0) }}</style><rect {given} width='2' height='1'/>"
+        )
+        assert domain(path).bounds == pytest.approx(bounds)
+
+    @pytest.mark.parametrize(
+        ("style", "told"),
+        [
+            ("transform: rotate(45)", "rotate(45)"),
+            ("transform: translate(50%)", "translate(50%)"),
+            ("transform: scale3d(2, 2, 1)", "scale3d(2, 2, 1)"),
+            ("rotate: x 45deg", "rotate(x 45deg)"),
+            ("transform: scale(2); transform-box: fill-box", "transform-box: fill-box"),
+            ("transform: scale(2); transform-origin: 1px calc(1px)", "transform-origin: 1px calc(1px)"),
+        ],
+    )
+    def test_transforms_that_are_not_read_are_refused(self, written, style, told):
+        path = drawing(written, f'<rect style="{style}" width="2" height="1"/>')
+        message = f"rect in line 1: '{told}' is not read: write it as the attribute transform, in numbers"
+        with pytest.raises(CaseError, match=re.escape(message)):
+            domain(path)
+
+    def test_important_declarations_win(self, written):
+        path = drawing(
+            written,
+            "<style>#a { display: none !important } rect { fill: none ! important; fill: red }</style>"
+            '<rect id="a" style="display: inline" width="9" height="9"/>'
+            '<rect style="fill: red" width="8" height="8"/><rect style="fill: red !important" width="2" height="1"/>',
+        )
+        assert area(path) == pytest.approx(2)
+        assert notes_of(path) == ["left out: 2 hidden elements"]
 
     def test_a_use_that_leads_nowhere_is_told(self, written):
         path = drawing(written, '<rect width="2" height="1"/><use href="other.svg#a"/>')
