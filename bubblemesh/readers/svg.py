@@ -14,7 +14,7 @@ from bubblemesh.messages import counted, place, shown
 from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, FeatureCollection, foreign, writable_label
 from bubblemesh.readers.svg_curves import curves_of
 from bubblemesh.readers.svg_fill import FLAT, area_of, filled
-from bubblemesh.readers.svg_size import physical_length
+from bubblemesh.readers.svg_size import physical_length, stretch
 from bubblemesh.readers.svg_source import checked
 from bubblemesh.readers.svg_tree import Around, Drawing, Drawn, shapes
 
@@ -34,12 +34,15 @@ def read_svg(path: Path) -> FeatureCollection:
 
 def _features(drawing: Drawing) -> FeatureCollection:
     features: list[Feature] = []
-    for drawn in shapes(drawing, drawing.root, Around()):
+    stretched = stretch(drawing.root)
+    for drawn in shapes(drawing, drawing.root, Around(transform=f"scale(1,{stretched!r})" if stretched != 1 else "")):
         features.append(_feature(drawing, drawn, len(features)))
     notes = [f"{counted(number, tag)} not used" for tag, number in drawing.unused.items()]
     notes += [f"{counted(number, 'element')} not clipped: {why}" for why, number in drawing.unclipped.items()]
     if drawing.masked:
         notes.append(f"{counted(drawing.masked, 'shape')} under a mask used whole: masks are not applied")
+    if stretched != 1:
+        notes.append(f"its y are stretched by {stretched:.6g}, since preserveAspectRatio is none")
     features, more = _closed(features, {one.name for one in features if one.properties["rule"]})
     features = [_by_fill_rule(one) for one in features]
     if not any(one.bounds for one in features):

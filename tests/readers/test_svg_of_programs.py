@@ -148,6 +148,23 @@ class TestSizes:
         assert area(path) == pytest.approx(600)
         assert notes_of(path, unit="mm") == []
 
+    @pytest.mark.parametrize(
+        ("head", "stretch", "millimetres"),
+        [
+            ('width="100mm" height="100mm" viewBox="0 0 50 25"', 2, 2),
+            ('width="100mm" height="10cm" viewBox="0 0 50 100"', 0.5, 2),
+            ('width="9.6" height="50.8mm" viewBox="0 0 25.4 25.4"', 20, 0.1),
+            ('width="50.8mm" viewBox="0 0 25.4 25.4"', 1, 2),
+            ('width="0.3mm" height="0.1mm" viewBox="0 0 3 1"', 1, 0.1),
+        ],
+    )
+    def test_a_drawing_may_fill_its_box(self, written, head, stretch, millimetres):
+        path = drawing(written, '<rect width="20" height="10"/>', f'{head} preserveAspectRatio="none"')
+        assert domain(path).bounds == pytest.approx((0, -10 * stretch, 20, 0))
+        assert area(path, unit="mm") == pytest.approx(200e-6 * stretch * millimetres**2)
+        note = f"its y are stretched by {stretch}, since preserveAspectRatio is none"
+        assert notes_of(path, unit="mm") == ([note] if stretch != 1 else [])
+
     @pytest.mark.parametrize("head", ["", 'width="80mm"', 'viewBox="0 0 40 40"', 'width="40" viewBox="0 0 40 40"'])
     def test_else_96_pixels_are_an_inch_with_a_note(self, written, head):
         path = drawing(written, '<rect width="96" height="96"/>', head)
