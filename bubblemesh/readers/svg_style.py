@@ -9,7 +9,7 @@ from bubblemesh.readers.svg_source import COMMENT, Element
 from bubblemesh.records import record
 
 INHERITED = ("fill", "fill-rule", "clip-rule", "stroke", "visibility")
-OWN = ("display", "clip-path", "mask", "transform-origin", "transform-box")
+OWN = ("display", "clip-path", "mask", "overflow", "transform-origin", "transform-box")
 CSS = ("transform", "translate", "rotate", "scale")  # that are no attributes, or others there
 IMPORTANT = re.compile(r"!\s*important\s*$")
 RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")

@@ -122,7 +122,8 @@ def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn
         if target is None:
             drawing.unused["use of nothing that is there"] += 1
         elif target.tag in ("symbol", "svg"):
-            yield from _within(drawing, target, _in_viewport(drawing, target, element, here))
+            own = drawing.sheet.style(target, here.elements, style)
+            yield from _within(drawing, target, _in_viewport(drawing, target, element, own, here))
         else:
             yield from shapes(drawing, target, here)
     elif tag == "switch":
@@ -130,7 +131,7 @@ def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn
         yield from shapes(drawing, chosen, here) if chosen is not None else ()
     elif tag in GROUPS and tag != "symbol":
         if tag == "svg" and around.elements:
-            here = _in_viewport(drawing, element, element, here)
+            here = _in_viewport(drawing, element, element, style, here)
         named = element is not drawing.root
         yield from _within(drawing, element, replace(here, layer=_given(element) or here.layer) if named else here)
 
@@ -211,19 +212,32 @@ def _within(drawing: Drawing, group: Element, here: Around) -> Iterator[Drawn]:
             yield from shapes(drawing, child, here)
 
 
-def _in_viewport(drawing: Drawing, element: Element, sized: Element, here: Around) -> Around:
-    """Context of the content of a nested drawing or a symbol, whose width and height ``sized`` has."""
+def _in_viewport(drawing: Drawing, element: Element, sized: Element, style: Style, here: Around) -> Around:
+    """Context of the content of a nested drawing or a symbol with a style, which is cut where its box ends.
+
+    ``sized`` has its width and height, where these are given.
+    """
     x, y = (_length(element, key, whole, "0") for key, whole in zip("xy", drawing.size, strict=True))
+    given = {key: sized if key in sized.attributes else element for key in ("width", "height")}
+    width, height = (
+        _length(one, key, whole, "100%") for (key, one), whole in zip(given.items(), drawing.size, strict=True)
+    )
+    fixed = all(_is_fixed(one.attributes.get(key, "auto")) for key, one in given.items())
+    if fixed and here.clips is not None and style.get("overflow", "hidden") not in ("visible", "auto"):
+        box = {"x": repr(x), "y": repr(y), "width": repr(width), "height": repr(height)}
+        curves = curves_of(Element("rect", box, element.line), here.transform, drawing.size, element.name, None)
+        here = replace(here, clips=(*here.clips, clip_of([Stencil(curves, "nonzero", ())])))
     move = f"translate({x},{y})" if x or y else ""
-    box = re.findall(r"[-+.\deE]+", element.attributes.get("viewBox", ""))
-    if len(box) == 4:
-        keys = zip(("width", "height"), drawing.size, strict=True)
-        width, height = (
-            _length(sized if key in sized.attributes else element, key, whole, "100%") for key, whole in keys
-        )
+    view = re.findall(r"[-+.\deE]+", element.attributes.get("viewBox", ""))
+    if len(view) == 4:
         aspect = element.attributes.get("preserveAspectRatio", "xMidYMid meet")
-        move = svgelements.Viewbox.viewbox_transform(x, y, width, height, *map(float, box), aspect)
+        move = svgelements.Viewbox.viewbox_transform(x, y, width, height, *map(float, view), aspect)
     return replace(here, transform=f"{here.transform} {move}".strip())
+
+
+def _is_fixed(length: str) -> bool:
+    """Whether a length is not that of what is around: no drawing is cut where the whole one ends."""
+    return length != "auto" and "%" not in length
 
 
 def _target(use: Element) -> str:

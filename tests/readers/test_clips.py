@@ -56,6 +56,45 @@ class TestSvg:
         assert domain(path).bounds == pytest.approx((0, -5, 5, 0))
         assert notes_of(path) == ["by clips: 1 shape cut"]
 
+    @pytest.mark.parametrize(
+        ("content", "bounds"),
+        [
+            ('<svg width="5" height="5"><rect width="9" height="9"/></svg>', (0, -5, 5, 0)),
+            ('<svg x="1" width="5px" height="4"><rect width="9" height="9"/></svg>', (1, -4, 6, 0)),
+            (
+                '<svg width="5" height="5" viewBox="0 0 10 10"><rect x="-8" y="-8" width="12" height="12"/></svg>',
+                (0, -2, 2, 0),
+            ),
+            (
+                '<g transform="rotate(90)"><svg width="5" height="2"><rect width="9" height="9"/></svg></g>',
+                (-2, -5, 0, 0),
+            ),
+            (
+                '<symbol id="s"><rect width="9" height="9"/></symbol><use href="#s" width="5" height="5"/>',
+                (0, -5, 5, 0),
+            ),
+        ],
+    )
+    def test_nested_drawings_and_symbols_are_cut_where_their_boxes_end(self, svg, content, bounds):
+        path = svg(content)
+        assert domain(path).bounds == pytest.approx(bounds)
+        assert notes_of(path) == ["by clips: 1 shape cut"]
+
+    @pytest.mark.parametrize(
+        "content",
+        [
+            '<svg width="5" height="5" overflow="visible"><rect width="9" height="9"/></svg>',
+            '<style>svg { overflow: visible }</style><svg width="5" height="5"><rect width="9" height="9"/></svg>',
+            '<svg><rect width="9" height="9"/></svg>',
+            '<svg width="100%" height="5%"><rect width="9" height="9"/></svg>',
+            '<svg width="9" height="9"><rect width="9" height="9"/></svg>',
+        ],
+    )
+    def test_what_may_overflow_or_has_no_size_is_not_cut(self, svg, content):
+        path = svg(content)
+        assert area(path) == pytest.approx(81)
+        assert notes_of(path) == []
+
     def test_what_a_clip_holds_as_a_whole_stays_the_curve_that_it_is(self, svg):
         path = svg('<circle id="disk" cx="2" cy="2" r="1" clip-path="url(#Corner)"/>')
         assert area(path) == pytest.approx(np.pi, rel=1e-3)
