@@ -114,6 +114,7 @@ def _features(drawing: Any, notes: tuple[str, ...]) -> FeatureCollection:
     features: list[Feature] = []
     heights: set[float] = set()
     walk = _Walk(drawing)
+    flat: dict[str, list[Any]] = {}
     wide = 0
     for found in _entities(walk, drawing.modelspace()):
         entity = found.entity
@@ -122,12 +123,15 @@ def _features(drawing: Any, notes: tuple[str, ...]) -> FeatureCollection:
             walk.unused.setdefault(kind, []).append(entity)
             continue
         features.append(_feature(found))
+        if features[-1].is_empty:
+            flat.setdefault(f"{kind} without an extent", []).append(entity)
         heights |= _heights(entity)
         wide += kind in ("LWPOLYLINE", "POLYLINE") and bool(entity.has_width)
     unused = tuple(_unused(kind, entities) for kind, entities in walk.unused.items())
-    if not any(one.bounds or one.points for one in features):
+    if all(one.is_empty for one in features):
+        told = (*unused, *(_unused(kind, entities) for kind, entities in flat.items()))
         raise CaseError(
-            f"there are no curves in its model space{''.join(f'; {note}' for note in unused)}{_paper(drawing)}"
+            f"there are no curves in its model space{''.join(f'; {note}' for note in told)}{_paper(drawing)}"
         )
     if walk.flat:
         notes += (f"{counted(walk.flat, 'block')} with a scale of 0 drawn as with 1",)

@@ -361,6 +361,21 @@ def test_bodies_are_told_with_advice(drawn):
     assert note == "1 REGION not used, the first on layer 0: explode them to lines and arcs"
 
 
+def test_what_has_no_extent_is_named_where_nothing_else_is_there(drawn):
+    def draw(document):
+        space = document.modelspace()
+        space.add_circle((3, 4), -1, dxfattribs={"layer": "BORE"})
+        space.add_line((1, 2), (1, 2))
+        space.add_line((1, 2), (1, 2))
+
+    told = (
+        "no curves in its model space; 1 CIRCLE without an extent not used, the first on layer BORE at (3, 4); "
+        "2 LINE without an extent not used, the first on layer 0 at (1, 2)"
+    )
+    with pytest.raises(CaseError, match=re.escape(told)):
+        domain(drawn(draw))
+
+
 def test_a_dwg_is_told(tmp_path):
     pytest.importorskip("ezdxf")
     (tmp_path / "a.dxf").write_bytes(b"AC1032\0\0\0")
