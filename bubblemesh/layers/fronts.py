@@ -54,6 +54,9 @@ def _other_sides(walls: Walls) -> Edges:
 def _behind_columns(strips: Strips) -> Iterator[Edges]:
     """Edges of columns that follow a piece within the domain, if there are no layers on its other side."""
     columns, whole = strips.columns, strips.walls.domain.boundary
+    in_pairs = np.zeros((2, len(columns)), bool)
+    for last in range(2):
+        in_pairs[last, columns.pair[:, last]] = True
     for column in np.flatnonzero(columns.follows >= 0).tolist():
         piece = int(columns.follows[column])
         level = np.arange(strips.heights.count[column] + 1)
@@ -65,6 +68,6 @@ def _behind_columns(strips: Strips) -> Iterator[Edges]:
         on_left, on_right = columns.from_start[column] == np.array([True, False])
         sides = (up, s_up, 1, on_left), (up[::-1, ::-1], s_up[::-1, ::-1], 0, on_right)
         for ends, arcs, last, forth in sides:
-            if whole.inner[piece] and not (columns.pair[:, last] == column).any():
+            if whole.inner[piece] and not in_pairs[last, column]:
                 region = whole.left[piece] if forth else whole.right[piece]
                 yield Edges(ends, np.full(len(ends), region), np.full(len(ends), piece), arcs)

@@ -32,8 +32,10 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
     before, after = (np.full(len(columns), -1) for _ in range(2))
     beside = ~pairs & ~columns.fan
     after[columns.pair[beside, 0]] = before[columns.pair[beside, 1]] = columns.side[beside]
+    order = np.argsort(group, kind="stable")
+    ends = np.searchsorted(group[order], np.arange(len(columns) + 1))
     for number in np.unique(group[columns.pair[pairs]]).tolist():
-        mine = np.flatnonzero(group == number)
+        mine = order[ends[number] : ends[number + 1]]
         corner = _corner(columns, walls, mine, before[mine].max(), after[mine].max())
         if corner is None:
             kept[pairs & (group[columns.pair[:, 0]] == number)] = False

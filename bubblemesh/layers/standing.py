@@ -34,6 +34,7 @@ class _Builder:
 
     def __init__(self, walls: Walls, ladders: Sequence[Ladder]) -> None:
         self.walls, self.ladders, self.along = walls, ladders, walls.directions
+        self.layered, self.pieces_with_layers = walls.layered, walls.pieces_with_layers
         self.normals = left_of(self.along)
         self.rows = list[_Row]()
         # Column at the beginning and at the end of each side, and those of each fan, with the side before it.
@@ -65,10 +66,10 @@ class _Builder:
 
     def at_end(self, side: int, after: int) -> None:
         """Find the column between a side and the one ``after`` it, of which only one has layers."""
-        walls, layers_first = self.walls, bool(self.walls.layered[side])
+        walls, layers_first = self.walls, bool(self.layered[side])
         mine, bare = (side, after) if layers_first else (after, side)
         angle, foot, ladder = float(walls.angle[side]), int(walls.ends[side, 1]), int(walls.ladder[mine])
-        taken = bool(walls.pieces_with_layers[walls.piece[bare]])  # by nodes for layers on its other side
+        taken = bool(self.pieces_with_layers[walls.piece[bare]])  # by nodes for layers on its other side
         if self.ladders[ladder].follow and STEEPEST_END <= angle <= FLATTEST_END and not taken:
             up = (self.along[bare] if layers_first else -self.along[bare]) / np.sin(angle)
             column = self._following(bare, bool(walls.forward[bare]) == layers_first, foot, up, ladder)
@@ -115,7 +116,7 @@ class _Builder:
 
     def pairs(self) -> tuple[Integers, Integers]:
         """Pairs (p, 2) of columns with cells between, first those on sides, then those in fans, and the sides (p,)."""
-        sides = np.flatnonzero(self.walls.layered)
+        sides = np.flatnonzero(self.layered)
         beside = [(side, *pair) for side, around in self.fans for pair in pairwise(around)]
         of_fan, one, other = np.array(beside, np.int64).reshape(-1, 3).T
         on_sides = np.column_stack([self.first[sides], self.last[sides]])

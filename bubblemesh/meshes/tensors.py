@@ -76,12 +76,6 @@ def multiplied(tensors: Floats, vectors: Floats) -> Floats:
     return np.column_stack([m11 * vx + m12 * vy, m12 * vx + m22 * vy])
 
 
-def solved(tensors: Floats, vectors: Floats) -> Floats:
-    """Vectors (n, 2) of which tensors (n, 3) make the given ones (n, 2)."""
-    (m11, m12, m22), (vx, vy), det = tensors.T, vectors.T, determinants(tensors)
-    return np.column_stack([(m22 * vx - m12 * vy) / det, (m11 * vy - m12 * vx) / det])
-
-
 def axes(tensors: Floats) -> Axes:
     """Axes of the ellipses of positive tensors (n, 3); those of others are no numbers."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

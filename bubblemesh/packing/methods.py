@@ -49,7 +49,7 @@ class Method:
 
         LimitError if there would be many more than ``max_nodes`` of them.
         """
-        placement = self.placement.fitted(domain, spacing)
+        placement = self.placement.fitted(domain, spacing, expected_nodes)
         levels = (spacing,) if placement.in_order else self.levels(domain, spacing, expected_nodes)
         if len(levels) > 1:
             placement = self.placement.fitted(domain, levels[0], coarse=True)

@@ -179,8 +179,8 @@ def out_of_reach(nodes: float, closest: float) -> CaseError | LimitError:
     """The error that so many nodes cannot be had, of which the ``closest`` number is not."""
     if closest < nodes:  # all terms go with the scale: only a minimum can stop them
         return CaseError(
-            f"{nodes:.0f} nodes are more than the minimum of the spacing allows, which are at most about "
-            f"{closest:.0f}: ask for fewer, or lower the minimum"
+            f"{nodes:.0f} nodes are more than the spacing allows where it is finest, which are at most about "
+            f"{closest:.0f}: ask for fewer, or lower its minimum if it has one"
         )
     needed = f"at least about {closest:.0f}" if np.isfinite(closest) else "far more"
     return LimitError(

@@ -100,7 +100,7 @@ def test_limits_of_the_spacing_hold():
 
 
 def test_a_minimum_that_allows_no_such_number_is_an_error_with_the_most_there_can_be():
-    with pytest.raises(CaseError, match=r"spacing.nodes: 5000 nodes are more than the minimum .* about 9\d\d:"):
+    with pytest.raises(CaseError, match=r"spacing.nodes: 5000 nodes are more than the spacing allows .* about 9\d\d:"):
         prepare(load_case("a.yaml", text=BARE["1"], overrides=["spacing.nodes=5000", "spacing.minimum=0.1"]))
 
 
