@@ -13,6 +13,7 @@ from itertools import repeat
 from pathlib import Path
 from zipfile import ZipFile
 
+import numpy as np
 import pyogrio
 
 from bubblemesh.errors import BubblemeshError, CaseError
@@ -34,6 +35,8 @@ from bubblemesh.readers.simple_features import shape_of_wkb
 
 SHAPEFILE = (9994).to_bytes(4, "big")
 SHAPEFILE_PARTS = (".shx", ".dbf", ".prj", ".cpg")
+HEAD, LENGTH = 100, slice(24, 28)  # bytes of the head of a .shp or .shx, and where it has the length of the file
+WORD = 2  # bytes, in which a shapefile counts lengths
 SQLITE = b"SQLite format 3\0"
 GEOPACKAGE = (b"GPKG", b"GP10", b"GP11")  # at APPLICATION
 APPLICATION = slice(68, 72)
@@ -50,6 +53,7 @@ def read_shapefile(path: Path, selection: Selection, layer: str | None) -> Featu
     parts = {part.suffix.lower(): read_bytes(part) for part in beside(path, SHAPEFILE_PARTS)} | {".shp": content}
     if ".shx" not in parts:
         raise _invalid("shapefile", "there is no .shx beside it")
+    _require_whole(content, parts[".shx"])
     # GDAL fails at a system that is not whole, and nothing is projected.
     system = parts.pop(".prj", b"").decode("latin-1") or None
     archive = BytesIO()
@@ -58,6 +62,26 @@ def read_shapefile(path: Path, selection: Selection, layer: str | None) -> Featu
             file.writestr(f"data{ending}", part)
     _chosen(layer, [path.stem])
     return _features(archive.getvalue(), "data", path.stem, "shapefile", "ESRI Shapefile", system, selection)
+
+
+def _require_whole(shapes: bytes, index: bytes) -> None:
+    """Check that a .shp and its .shx are whole, and belong together; CaseError if not.
+
+    GDAL would give features without a shape, or fewer of them.
+    """
+    for ending, part in ((".shp", shapes), (".shx", index)):
+        if len(part) < _length_of(part):
+            raise _invalid("shapefile", f"its {ending} is cut off, at {len(part):,} of {_length_of(part):,} bytes")
+    count = (_length_of(index) - HEAD) // 8
+    records = np.frombuffer(index, ">i4", 2 * count, HEAD).reshape(-1, 2).astype(np.int64)
+    ends = WORD * records.sum(axis=1) + 8  # place and length of each, without its own head
+    if ends.max(initial=HEAD) != _length_of(shapes):
+        raise _invalid("shapefile", "its .shx is that of another .shp")
+
+
+def _length_of(part: bytes) -> int:
+    """Bytes that a .shp or .shx has by its own head."""
+    return max(WORD * int.from_bytes(part[LENGTH], "big"), HEAD)
 
 
 def read_geopackage(path: Path, selection: Selection, layer: str | None) -> FeatureCollection:

@@ -58,6 +58,21 @@ class TestGeographicFiles:
         with pytest.raises(CaseError, match=r"a\.shp: not a valid shapefile: it does not begin as one: write"):
             domain(written("a.shp", "hello"))
 
+    @pytest.mark.parametrize("size", [50, 110, -8])
+    @pytest.mark.parametrize("ending", [".shp", ".shx"])
+    def test_a_part_that_is_cut_off_is_refused(self, saved, ending, size):
+        path = saved("a.shp", WKT, "POLYGON ((10 10, 12 10, 12 12, 10 10))")
+        part = path.with_suffix(ending)
+        part.write_bytes(part.read_bytes()[:size])
+        with pytest.raises(CaseError, match=rf"not a valid shapefile: its \{ending} is cut off, at .*: write it anew"):
+            domain(path, feature=0)
+
+    def test_a_part_of_another_shapefile_is_refused(self, saved):
+        path = saved("a.shp", WKT, "POLYGON ((10 10, 12 10, 12 12, 10 10))")
+        path.with_suffix(".shx").write_bytes(saved("b.shp", WKT).with_suffix(".shx").read_bytes())
+        with pytest.raises(CaseError, match=r"not a valid shapefile: its \.shx is that of another \.shp: write"):
+            domain(path)
+
     def test_a_shapefile_goes_by_its_name(self, saved):
         path = saved("a.shp", WKT)
         assert area(path, layers=("a",)) == pytest.approx(15)
