@@ -14,7 +14,6 @@ from bubblemesh.readers.airfoils import Block, outlines, points_of
 from bubblemesh.readers.features import Feature, FeatureCollection, finite_points, line_curve, polygon_ring
 from bubblemesh.readers.slips import Slips
 from bubblemesh.readers.tables import (
-    COMMENT,
     NUMBER,
     SEPARATOR,
     Line,
@@ -22,6 +21,7 @@ from bubblemesh.readers.tables import (
     lines_of,
     named_rows,
     numbers_in,
+    plain_line,
 )
 
 FEWEST = 3  # points of a ring, after which words may part it from the next
@@ -81,8 +81,8 @@ def _first_two(text: str) -> tuple[list[tuple[int, tuple[float, float], dict[str
     decimal = has_decimal_commas(text)
     rows, widest = [], 0
     for number, line in enumerate(text.splitlines(), start=1):
-        plain = COMMENT.sub("", line).replace('"', "").strip()
-        plain = plain.replace(",", ".") if ";" in plain or decimal else plain
+        plain = plain_line(line, number)
+        plain = plain.replace(",", ".") if decimal else plain
         words = [word for word in SEPARATOR.split(plain) if NUMBER.fullmatch(word)]
         if len(words) >= 2:
             rows.append((number, (float(words[0]), float(words[1])), dict[str, str]()))

@@ -1,6 +1,6 @@
 """Tables as text: numbers in a line, separated by commas, semicolons or blanks, or columns with names.
 
-In a line with semicolons a comma is a decimal point.
+In a line with semicolons a comma is a decimal point. What is quoted is one cell, in which a comma is one too.
 """
 
 import csv
@@ -18,10 +18,13 @@ from bubblemesh.messages import shown
 
 SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")
+QUOTED_OR_COMMENT = re.compile(r'"([^"]*)"|[#%!].*')
 # Of no text can one part be a match in two ways: a line of a thousand digits would be tried in a million.
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
 STARTS_AS_NUMBER = re.compile(r"[-+.]*\d")
 DECIMAL_COMMA = re.compile(r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?")
+WITH_COMMA = re.compile(r"[-+]?\d[\d.]*,[\d.,]*([eE][-+]?\d+)?")
+THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")  # or so many thousandths
 DELIMITERS = ";\t,"  # the first that a header has
 X = ("x", "lon", "long", "lng", "longitude", "easting", "east", "xcoord", "xcoordinate", "pointx", "coordx")
 Y = ("y", "lat", "latitude", "northing", "north", "ycoord", "ycoordinate", "pointy", "coordy")
@@ -65,11 +68,10 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
 def lines_of(content: str) -> Iterator[Line]:
     """The lines of a text, and an empty one at its end.
 
-    CaseError if a line starts as numbers do, but is none, or a column is empty.
+    CaseError if a line starts as numbers do, but is none, or a column is empty; and as of `plain_line`.
     """
     for number, text in enumerate([*content.splitlines(), ""], start=1):
-        plain = COMMENT.sub("", text).replace('"', "").strip()
-        words = SEPARATOR.split(plain.replace(",", ".") if ";" in plain else plain)
+        words = SEPARATOR.split(plain_line(text, number))
         if len(words) > 1 and words[-1] == "":  # a separator at the end of the line
             words.pop()
         if len(words) > 1 and "" in words:
@@ -81,6 +83,37 @@ def lines_of(content: str) -> Iterator[Line]:
         yield Line(number, text, values)
 
 
+def plain_line(text: str, number: int) -> str:
+    """The line of this number without its comment and its quotes: what is quoted is one word, numbers have points.
+
+    CaseError as of `_with_point`.
+    """
+    if '"' in text:
+        semicolons = ";" in QUOTED_OR_COMMENT.sub("", text)
+
+        def word(found: re.Match[str]) -> str:
+            content = (found[1] or "").strip()
+            plain = content.replace(",", ".") if semicolons else _with_point(content, number)
+            return plain if NUMBER.fullmatch(plain) else re.sub(r"\W", "_", content)
+
+        plain = QUOTED_OR_COMMENT.sub(word, text).replace('"', "").strip()
+    else:
+        plain = COMMENT.sub("", text).strip()
+    return plain.replace(",", ".") if ";" in plain else plain
+
+
+def _with_point(cell: str, number: int) -> str:
+    """The cell of a line with a point for its decimal comma; CaseError if that may also part thousands."""
+    if not WITH_COMMA.fullmatch(cell):
+        return cell
+    if THOUSANDS.fullmatch(cell) or not DECIMAL_COMMA.fullmatch(cell):
+        raise CaseError(
+            f"line {number}: the comma in {shown(cell, 40)!r} may be a decimal point or part thousands: write numbers "
+            "without commas"
+        )
+    return cell.replace(",", ".")
+
+
 def numbers_in(words: list[str]) -> list[float] | None:
     """The words as numbers; None if one is none."""
     if not all(NUMBER.fullmatch(word) for word in words):
@@ -89,17 +122,21 @@ def numbers_in(words: list[str]) -> list[float] | None:
 
 
 def has_decimal_commas(content: str) -> bool:
-    """Whether the commas of a table are its decimal points: in each line of numbers between blanks alone."""
+    """Whether the commas of a table are its decimal points: in each line of numbers between blanks alone.
+
+    CaseError as of `plain_line`.
+    """
     found = False
-    for text in content.splitlines():
-        words = COMMENT.sub("", text).split()
-        if ";" in text:
+    for number, text in enumerate(content.splitlines(), start=1):
+        plain = plain_line(text, number)
+        words = plain.split()
+        if ";" in plain:
             return False
         if not words or not STARTS_AS_NUMBER.match(words[0]):
             continue
         if len(words) < 2 or not all(DECIMAL_COMMA.fullmatch(word) for word in words):
             return False
-        found = found or "," in text
+        found = found or "," in plain
     return found
 
 
@@ -138,7 +175,7 @@ def _cells(text: str, delimiter: str | None) -> list[str]:
 
 def _place(cells: list[str], number: int, text: str, delimiter: str | None) -> tuple[float, float] | None:
     """Place of the cells for x and y; None where both are empty or nan."""
-    words = [cell if delimiter == "," else cell.replace(",", ".") for cell in cells]
+    words = [_with_point(cell, number) if delimiter == "," else cell.replace(",", ".") for cell in cells]
     if all(word.lower() in ("", "nan") for word in words):
         return None
     values = numbers_in(words)

@@ -1,10 +1,13 @@
 """Lists of points and tables as programs write them: airfoils, columns with names, decimal commas."""
 
+import re
+
 import numpy as np
 import pytest
 from geometry_files import area, domain, read_rings
 
 from bubblemesh.errors import CaseError
+from bubblemesh.readers import read_points
 from bubblemesh.readers.selection import Selection
 
 TURN = np.linspace(0, np.pi, 31)
@@ -108,3 +111,32 @@ class TestColumns:
 
     def test_lines_of_one_file_may_have_different_separators(self, written):
         assert area(written("a.csv", "x, y\n0, 0\n4, 0\n4; 4\n0 4\n")) == pytest.approx(16)
+
+
+class TestQuotes:
+    """Cells in quotes, whose commas part no columns."""
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            '"0,5","0,25"\n"2,5","0,25"\n"2,5","3,25"\n"0,5","3,25"\n',
+            'x,y\n"0,5","0,25"\n"2,5","0,25"\n"2,5","3,25"\n"0,5","3,25"\n',
+            'id,x,y\n"a, b","0,5","0,25"\n2,"2,5","0,25"\n3,"2,5","3,25"\n4,"0,5","3,25"\n',
+            '"1,000";"0"  # "9,000"\n"3,000";"0"\n"3";"3,000"\n"1";"3"\n',
+        ],
+    )
+    def test_a_comma_is_a_decimal_point(self, written, text):
+        assert area(written("a.csv", text)) == pytest.approx(6)
+
+    @pytest.mark.parametrize("cell", ["1,000", "-12,500", "1,000,000", "1,000.5", "1.000,5"])
+    @pytest.mark.parametrize("header", ["", "id,x,y\n"])
+    def test_one_that_may_part_thousands_is_refused_with_its_line(self, written, cell, header):
+        text = header + f'1,0,0\n2,"{cell}",0\n3,0,7\n'
+        line = 2 + header.count("\n")
+        told = f"line {line}: the comma in '{cell}' may be a decimal point or part thousands: write numbers without"
+        with pytest.raises(CaseError, match=re.escape(told)):
+            domain(written("a.csv", text))
+
+    def test_names_hold_commas_and_numbers(self, written):
+        places, _ = read_points(written("a.csv", '"Well 3, north",10,20\n"Well #4; 5 6",30,40\n'), Selection(), None)
+        assert [place.at for place in places] == [(10, 20), (30, 40)]
