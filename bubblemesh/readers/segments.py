@@ -1,40 +1,70 @@
-"""Segments of a plane graph: which are around its domain, and which lie within it."""
+"""Segments of a plane graph: which are around its domain, which lie within it, and which outside."""
 
 from collections import Counter
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import compress, pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
+from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.paths import Point
 from bubblemesh.readers.features import CompoundCurve
 
 Edge = tuple[Point, Point]
+ROUNDING = 1e-9  # of a segment's length
 
 
-def split(
-    segments: Sequence[CompoundCurve], holes: Sequence[Point]
-) -> tuple[list[CompoundCurve], list[CompoundCurve], list[shapely.Polygon]]:
-    """Segments around the domain, those within it, and the parts of the domain that they enclose.
+class Split(NamedTuple):
+    """Segments by where they are, and the parts of the domain that they enclose."""
+
+    around: list[CompoundCurve]
+    inner: list[CompoundCurve]  # within the domain, or partly so
+    crossing: list[CompoundCurve]  # those of the inner ones that go on outside
+    outside: list[CompoundCurve]
+    parts: list[shapely.Polygon]
+
+
+def split(segments: Sequence[CompoundCurve], holes: Sequence[Point]) -> Split:
+    """The segments around a domain, within it and outside.
 
     Parts with one of the ``holes`` in them do not belong to the domain. Where nothing is enclosed, all segments are
-    around it, for their open ends to be told; those outside are left out.
+    around it, for their open ends to be told.
     """
-    lines = [shapely.LineString([segment.start, segment.end]) for segment in segments]
+    lines = shapely.linestrings([(segment.start, segment.end) for segment in segments])
     faces = shapely.get_parts(shapely.polygonize(lines))
     if len(holes):
         _, holed = shapely.STRtree(faces).query(shapely.points(holes), predicate="within")
         faces = np.delete(faces, holed)
     sides = Counter(edge for face in faces.tolist() for edge in _edges(face))
     if not sides:
-        return list(segments), [], []
-    number = [sides[_edge(segment.start, segment.end)] for segment in segments]
-    middles = [((a + c) / 2, (b + d) / 2) for (a, b), (c, d) in ((one.start, one.end) for one in segments)]
-    within, _ = shapely.STRtree(faces).query(shapely.points(middles), predicate="intersects")
-    inner = {k for k in within.tolist() if number[k] != 1}
-    around = [segment for segment, count in zip(segments, number, strict=True) if count == 1]
-    return around, [segments[k] for k in sorted(inner)], faces.tolist()
+        return Split(list(segments), [], [], [], [])
+    number = np.array([sides[_edge(segment.start, segment.end)] for segment in segments])
+    loose = np.flatnonzero(number == 0)
+    inside = np.ones(len(segments))
+    inside[loose] = _shares_inside(lines[loose], faces)
+    inner = (number != 1) & (inside > ROUNDING)
+
+    def those(chosen: Booleans) -> list[CompoundCurve]:
+        return list(compress(segments, chosen))
+
+    return Split(
+        those(number == 1),
+        those(inner),
+        those(inner & (inside < 1 - ROUNDING)),
+        those(inside <= ROUNDING),
+        faces.tolist(),
+    )
+
+
+def _shares_inside(lines: NDArray[Any], faces: NDArray[Any]) -> Floats:
+    """Share (n,) of the length of each line that is in faces or on their sides; more than 1 along common sides."""
+    face, line = shapely.STRtree(lines).query(faces, predicate="intersects")
+    lengths = shapely.length(shapely.intersection(faces[face], lines[line]))
+    found: Floats = np.bincount(line, lengths, len(lines)) / shapely.length(lines)
+    return found
 
 
 def _edges(face: shapely.Polygon) -> list[Edge]:

@@ -27,6 +27,7 @@ from bubblemesh.readers.features import (
 from bubblemesh.readers.segments import split
 
 Row = tuple[int, list[float]]  # line and numbers
+MOST_NAMED = 5  # segments in a note
 
 
 def _rows(path: Path) -> Iterator[Row]:
@@ -79,12 +80,15 @@ def read_poly(path: Path) -> FeatureCollection:
         [(x, y) for _, (_, x, y, *_) in _optional_section(rows, "a hole: its number, x and y")], "hole"
     )
     regions = [row for _, row in _optional_section(rows, "a region: its number, x and y")]
-    around, inner, parts = split(segments, holes)
-    features = [Feature("the segments", properties={"kind": "boundary"}, curves=tuple(around), slips=slips)]
-    if inner:
-        features.append(Feature("the inner segments", properties={"kind": "inner"}, curves=tuple(inner), spare=INNER))
-    features += [_region(number, row, parts) for number, row in enumerate(regions)]
-    return FeatureCollection(tuple(features), (), tuple(holes))
+    found = split(segments, holes)
+    features = [Feature("the segments", properties={"kind": "boundary"}, curves=tuple(found.around), slips=slips)]
+    if found.inner:
+        inner = tuple(found.inner)
+        features.append(Feature("the inner segments", properties={"kind": "inner"}, curves=inner, spare=INNER))
+    features += [_region(number, row, found.parts) for number, row in enumerate(regions)]
+    notes = [f"left out, outside of the domain: {_named(found.outside)}"] if found.outside else []
+    notes += [f"cut off at the boundary, beyond which they go on: {_named(found.crossing)}"] if found.crossing else []
+    return FeatureCollection(tuple(features), tuple(notes), tuple(holes))
 
 
 def read_nodes(path: Path) -> FeatureCollection:
@@ -116,6 +120,11 @@ def _segments(rows: Iterator[Row], vertices: dict[float, Point]) -> Iterator[Com
         label = f"{marker[0]:g}" if marked and marked[0] and marker and marker[0] else None
         if vertices[begin] != vertices[end]:
             yield CompoundCurve(vertices[begin], (LineTo(vertices[end], label),), name)
+
+
+def _named(segments: Sequence[CompoundCurve]) -> str:
+    named = ", ".join(segment.name for segment in segments[:MOST_NAMED])
+    return f"{named} and {len(segments) - MOST_NAMED} more" if len(segments) > MOST_NAMED else named
 
 
 def _optional_section(rows: Iterator[Row], what: str) -> Iterator[Row]:

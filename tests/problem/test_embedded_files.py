@@ -181,3 +181,15 @@ def test_inner_segments_of_a_poly_file_are_lines_of_its_domain(domain_of, first)
     assert "9" in found.labels
     room = domain_of("file: a.poly, feature: {attribute: 7}")
     assert room.polygon.area == pytest.approx(50)
+
+
+def test_inner_segments_of_a_poly_file_are_cut_at_its_domain_or_left_out_with_a_note(domain_of):
+    square = "1 0 0\n2 4 0\n3 4 4\n4 0 4"
+    content = f"9 2 0 0\n{square}\n5 3 3\n6 6 3\n7 6 2\n8 1 1\n9 2 1\n7 1\n1 1 2 1\n2 2 3 1\n3 3 4 1\n4 4 1 1\n"
+    found = domain_of("file: a.poly", a_poly=content + "5 5 6 7\n6 6 7 8\n7 8 9 9\n0\n")
+    assert found.boundary.lengths[found.boundary.inner].sum() == pytest.approx(1 + 1)
+    assert found.labels == ("1", "7", "9")
+    assert found.notes == (
+        "a.poly: left out, outside of the domain: segment in line 17",
+        "a.poly: cut off at the boundary, beyond which they go on: segment in line 16",
+    )
