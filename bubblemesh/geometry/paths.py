@@ -273,6 +273,14 @@ class OpenPath:
     key: Key = field(default=Key(), compare=False)
     optional: bool = False  # whether it is left out where it lies outside of the domain
     lost: tuple[str, ...] = ()  # labels that only sides without length had, which are merged
+    origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
+
+    @property
+    def name(self) -> str:
+        """What messages call it: the label that all of its sides have, or its own, and where it comes from."""
+        labels = {side.label or self.label for side in self.sides}
+        label = labels.pop() if len(labels) == 1 else self.label
+        return f"{label!r}" if self.origin is None else f"{label!r} ({self.origin})"
 
     def moved(self, by: Similarity) -> "OpenPath":
         """The line where a similarity takes it, its labels with their sides."""
@@ -287,7 +295,8 @@ class OpenPath:
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
         """The sides of a ring."""
-        return cls(ring.sides, ring.vertices + ring.vertices[:1], label, ring.notes, ring.key, lost=ring.lost)
+        vertices = ring.vertices + ring.vertices[:1]
+        return cls(ring.sides, vertices, label, ring.notes, ring.key, lost=ring.lost, origin=ring.origin)
 
 
 @record

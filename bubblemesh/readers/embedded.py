@@ -14,7 +14,7 @@ from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, meant
 from bubblemesh.readers.clips import clipped
 from bubblemesh.readers.duplicates import without_copies, without_same_circles
-from bubblemesh.readers.features import INNER, SPARE, Feature, text_of, writable_label
+from bubblemesh.readers.features import INNER, SPARE, CompoundCurve, Feature, text_of, writable_label
 from bubblemesh.readers.formats import FORMATS, content_of, length_notes
 from bubblemesh.readers.projecting import taken
 from bubblemesh.readers.rings import Joining
@@ -42,7 +42,7 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
         found = []
         for curve in curves:
             with prefixed(curve.name):
-                found.append(rings.open_path(curve.start, curve.pieces, ""))
+                found.append(_line(curve))
         closed = [ring for one in used for ring in (*one.rings, *(ring for area in one.areas for ring in area))]
         loops, copies = without_same_circles(closed)
         found += [OpenPath.around(ring, "") for ring in loops]
@@ -71,14 +71,18 @@ def read_inner_lines(path: Path, selection: Selection) -> list[OpenPath]:
     with prefixed(path):
         content = content_of(path, selection)
     curves = [curve for one in content.features if one.spare == INNER for curve in one.curves]
-    lines = (rings.open_path(curve.start, curve.pieces, "") for curve in curves)
-    return [_finished(line, path, selection.factor(content), ()) for line in lines]
+    return [_finished(_line(curve), path, selection.factor(content), ()) for curve in curves]
+
+
+def _line(curve: CompoundCurve) -> OpenPath:
+    return replace(rings.open_path(curve.start, curve.pieces, ""), origin=curve.name)
 
 
 def _finished(line: OpenPath, path: Path, factor: float, notes: Sequence[str]) -> OpenPath:
-    """The line in the case's lengths, with the file before its notes."""
+    """The line in the case's lengths, with the file before where it comes from and before its notes."""
     named = tuple(f"{path.name}: {note}" for note in (*notes, *line.notes))
-    return replace(line.moved(Similarity.of(scale=factor)), notes=named)
+    origin = f"{path.name}: {line.origin}"
+    return replace(line.moved(Similarity.of(scale=factor)), notes=named, origin=origin)
 
 
 def read_points(path: Path, selection: Selection, name: str | None) -> tuple[list[Place], tuple[str, ...]]:

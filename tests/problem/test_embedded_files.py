@@ -64,11 +64,25 @@ class TestLines:
 
     def test_lines_outside_are_an_error_or_left_out(self, domain_of):
         wkt = "LINESTRING (1 1, 4 4)\nLINESTRING (8 8, 14 8)\nLINESTRING (20 20, 30 30)"
-        with pytest.raises(GeometryError, match=r"the line 'line-3' at .* lies outside the domain"):
+        with pytest.raises(GeometryError, match=r"the line 'line-3' \(a\.wkt: .*\) at .* lies outside the domain"):
             domain_of(SQUARE + ", lines: [{file: a.wkt}]", a_wkt=wkt)
         found = domain_of(SQUARE + ", lines: [{file: a.wkt, outside: skip}]")
         assert found.notes == ("1 line left out, outside of the domain",)
         assert found.boundary.lengths[found.boundary.inner].sum() == pytest.approx(3 * np.sqrt(2) + 2)
+
+    @pytest.mark.parametrize(("label", "told"), [("", "'edge'"), (", label: own", "'own'")])
+    def test_an_error_names_the_feature(self, domain_of, label, told):
+        shapes = {"road": [[1, 1], [4, 4]], "edge": [[0, 0], [10, 0]]}
+        features = [
+            {"type": "Feature", "properties": {"name": name}, "geometry": {"type": "LineString", "coordinates": shape}}
+            for name, shape in shapes.items()
+        ]
+        content = json.dumps({"type": "FeatureCollection", "features": features})
+        named = (
+            rf"the line {told} \(a\.geojson: feature 1 \(edge\)\) at \(5, 0\) lies outside the domain, on its boundary"
+        )
+        with pytest.raises(GeometryError, match=named):
+            domain_of(SQUARE + f", lines: [{{file: a.geojson, outside: skip{label}}}]", a_geojson=content)
 
     def test_a_file_without_lines(self, domain_of):
         with pytest.raises(CaseError, match=r"line 1: .*a\.wkt: there is no line in it \(but 1 point\)"):

@@ -120,7 +120,7 @@ def _require_lines(boundary: Boundary, paths: Sequence[OpenPath]) -> None:
             where = place(curve.points(np.zeros(1, np.int64), curve.lengths[:1] / 2)[0])
             with about(path.key):
                 raise GeometryError(
-                    f"the line {path.label!r} at {where} lies outside the domain, on its boundary, or on another line: "
+                    f"the line {path.name} at {where} lies outside the domain, on its boundary, or on another line: "
                     "move or remove it"
                 )
 
