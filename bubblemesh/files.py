@@ -7,6 +7,7 @@ import stat
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
+from copy import copy
 from glob import escape
 from io import BufferedReader
 from pathlib import Path
@@ -18,7 +19,7 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
-from bubblemesh.errors import CaseError, FileError, LimitError, prefixed
+from bubblemesh.errors import BubblemeshError, CaseError, FileError, LimitError, prefixed
 
 MOST_BYTES = 500_000_000  # of a case, and of a file with geometry or data
 NO_FILE = "a pipe or a device: write what it gives to a file first, or pipe a case in by bubblemesh run -"
@@ -32,6 +33,7 @@ MOST_NAME_BYTES = 253  # of such a name, that Gmsh reads
 FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
 
 _copies: ContextVar[Mapping[Path, Path] | None] = ContextVar("copies", default=None)
+_refusals: ContextVar[Mapping[Path, BubblemeshError] | None] = ContextVar("refusals", default=None)  # by their copies
 _root: ContextVar[Path | None] = ContextVar("root", default=None)
 
 
@@ -40,8 +42,10 @@ def opened(path: Path, what: str = "file", *, limited: bool = True) -> BufferedR
 
     A pipe or a device, of which reading may never end, is not waited for. FileError if the system does not give the
     file, or it is no regular one; LimitError if it is ``limited`` and has more than `MOST_BYTES`; CaseError if it is
-    elsewhere than files may be (`confined_to`).
+    elsewhere than files may be (`confined_to`). What could not be copied has the error of that (`local_copies`).
     """
+    if refusal := (_refusals.get() or {}).get(local_copy(path)):
+        raise copy(refusal)
     try:
         with _way_to(path) as (name, folder):
             follow = folder is None
@@ -279,22 +283,25 @@ def _remove_abandoned(parent: Path, prefix: str) -> None:
 
 
 @contextmanager
-def local_copies(contents: Mapping[str, bytes]) -> Iterator[None]:
+def local_copies(contents: Mapping[str, bytes | BubblemeshError]) -> Iterator[None]:
     """Within the block, and its thread, these contents are read in place of the files on the disk.
 
     They are given by the files' names as the case has them: a batch sends the files of a case along with it to a
-    machine whose disk is another one. FileError if there is no place for copies.
+    machine whose disk is another one. Who opens a file with an error in place of its content gets that error.
+    FileError if there is no place for copies.
     """
     with ExitStack() as stack:
         try:
             copies = _written(contents, stack.enter_context(temporary_folder()))
         except OSError as error:
             raise no_place(error) from error
-        token = _copies.set(copies)
+        errors = {copies[Path(name)]: one for name, one in contents.items() if isinstance(one, BubblemeshError)}
+        tokens = _copies.set(copies), _refusals.set(errors)
         try:
             yield
         finally:
-            _copies.reset(token)
+            _copies.reset(tokens[0])
+            _refusals.reset(tokens[1])
 
 
 def local_copy(path: Path) -> Path:
@@ -308,8 +315,11 @@ def has_copies() -> bool:
     return _copies.get() is not None
 
 
-def _written(contents: Mapping[str, bytes], folder: Path) -> dict[Path, Path]:
-    """A copy of each file; those of one folder and below it stay together, as some formats find files beside theirs."""
+def _written(contents: Mapping[str, bytes | BubblemeshError], folder: Path) -> dict[Path, Path]:
+    """A copy of each file; those of one folder and below it stay together, as some formats find files beside theirs.
+
+    That of a file with an error is a name alone.
+    """
     places: dict[Path, Path] = {}
     copies = {}
     for name, content in contents.items():
@@ -318,7 +328,8 @@ def _written(contents: Mapping[str, bytes], folder: Path) -> dict[Path, Path]:
         place = below[0][0] / below[0][1] if below else places.setdefault(path.parent, folder / str(len(places)))
         place.mkdir(parents=True, exist_ok=True)
         copies[path] = place / path.name
-        copies[path].write_bytes(content)
+        if isinstance(content, bytes):
+            copies[path].write_bytes(content)
     return copies
 
 

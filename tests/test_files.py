@@ -6,7 +6,7 @@ import io
 import pytest
 
 from bubblemesh import files
-from bubblemesh.errors import CaseError, FileError, LimitError
+from bubblemesh.errors import CaseError, FileError, LimitError, prefixed
 from bubblemesh.files import (
     case_text,
     local_copies,
@@ -69,6 +69,17 @@ def test_copies_stand_in_for_files_within_their_block(tmp_path):
     assert local_copy(here) == here
     with pytest.raises(FileError):
         read_bytes(here)
+
+
+def test_what_could_not_be_copied_has_its_error(tmp_path):
+    here, beside = tmp_path / "a.poly", tmp_path / "a.node"
+    here.write_text("it is here by now")
+    with local_copies({str(here): FileError("it was not there"), str(beside): b"too"}):
+        assert read_bytes(beside) == b"too"
+        for path in (here, local_copy(here)):
+            with pytest.raises(FileError, match=r"^once: it was not there$"), prefixed("once"):
+                read_bytes(path)
+    assert read_bytes(here) == b"it is here by now"
 
 
 def test_a_disk_that_takes_a_part_of_a_file():

@@ -13,7 +13,7 @@ from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import DONE, CaseError, FileError, prefixed
-from bubblemesh.problem.files import contents_of
+from bubblemesh.problem.files import contents_or_errors
 from bubblemesh.records import record
 from bubblemesh.run.destination import Destination, OutputOptions, destination
 
@@ -85,12 +85,16 @@ class Entry:
         return self.destination.names if self.destination else ()
 
     def job(self) -> Job | Row:
-        """Job of the case, with what the files that it names hold now; a row with the error if that fails."""
+        """Job of the case, with what the files that it names hold now; a row with the error if that fails.
+
+        A file that cannot be read is told where the case is meshed, as `bubblemesh run` would: with the key that has
+        it.
+        """
         if self.case is None or self.destination is None:
             return self.row
         try:
             with prefixed(self.row.source):
-                files = contents_of(self.case, self.case.root)
+                files = contents_or_errors(self.case, self.case.root)
             job = Job(self.number, self.row, self.case, self.destination, files)
             return replace(job, row=replace(self.row, inputs=job.digest()))
         except Exception as error:  # whatever it is, it is no reason to give up the other cases

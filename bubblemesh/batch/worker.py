@@ -9,7 +9,7 @@ from hashlib import sha256
 from bubblemesh import __version__
 from bubblemesh.batch.row import Row, figures_of
 from bubblemesh.case import Case
-from bubblemesh.errors import FileError, located
+from bubblemesh.errors import BubblemeshError, FileError, located
 from bubblemesh.files import local_copies, no_place, temporary_folder
 from bubblemesh.problem.files import inputs_digest
 from bubblemesh.problem.prepare import prepare
@@ -31,18 +31,21 @@ class Job:
     row: Row  # what is known of the case before it is meshed
     case: Case
     destination: Destination
-    files: Mapping[str, bytes]  # contents of the files that the case names
+    files: Mapping[str, bytes | BubblemeshError]  # contents of those that the case names, errors of those not read
     version: str = __version__  # of bubblemesh, which has to mesh it
 
-    def digest(self) -> str:
-        """Hash of all that a finished mesh and its files depend on.
+    def digest(self) -> str | None:
+        """Hash of all that a finished mesh and its files depend on; None if one of them could not be read.
 
         Where files lie does not count, what is in them does. Nor does it count which files are written beside the mesh,
         and how much time and memory there was.
         """
+        contents = {name: content for name, content in self.files.items() if isinstance(content, bytes)}
+        if len(contents) < len(self.files):
+            return None
         return inputs_digest(
             self.case,
-            self.files,
+            contents,
             version=self.version,
             formats=self.destination.formats,
             order=self.case.output.order,

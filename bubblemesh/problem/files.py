@@ -13,7 +13,7 @@ from bubblemesh.case.data_terms import DataTerm
 from bubblemesh.case.fields import Strict
 from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.case.shoreline import ShorelineKeys
-from bubblemesh.errors import prefixed
+from bubblemesh.errors import BubblemeshError, prefixed
 from bubblemesh.files import confined_to, has_copies, local_copies, read_bytes
 
 
@@ -36,6 +36,19 @@ def contents_of(model: Strict, root: Path | None) -> dict[str, bytes]:
     """
     with confined_to(root):
         return {str(path): _content(path) for path in named_files(model)}
+
+
+def contents_or_errors(model: Strict, root: Path | None) -> dict[str, bytes | BubblemeshError]:
+    """Contents as of `contents_of`, with the error itself in place of what cannot be read."""
+    with confined_to(root):
+        return {str(path): _content_or_error(path) for path in named_files(model)}
+
+
+def _content_or_error(path: Path) -> bytes | BubblemeshError:
+    try:
+        return read_bytes(path)
+    except BubblemeshError as error:
+        return error
 
 
 def _content(path: Path) -> bytes:

@@ -52,7 +52,7 @@ def test_failing_cases_are_rows_beside_the_others(here):
         (1, "b.yaml:1: domain"),
         (3, "max_nodes"),
         (4, "e.yaml: the mesh is written, but misses what the case requires: quality_mean is 0."),
-        (6, "g.yaml: no.csv: the file cannot be read: No such file"),
+        (6, "g.yaml:1: the outer ring: no.csv: the file cannot be read: No such file"),
         (7, "missing.yaml: the case file cannot be read"),
     ]:
         assert part in rows[row].error
@@ -63,6 +63,26 @@ def test_failing_cases_are_rows_beside_the_others(here):
     table = table_in(Path("out"))
     assert len(table) == len(rows) == len(Path("out/summary.csv").read_text().splitlines()) - 1
     assert next(cells for cells in table if cells["case"] == "b")["error"].count("; b.yaml") == 1
+
+
+UNREAD = {  # keys of cases with files that are not there, or no files
+    "domain": "domain:\n  # a remark\n  file: no.geojson\nspacing: 1\n",
+    "hole": "domain:\n  outer: {rectangle: [0, 0, 1, 1]}\n  holes:\n    - {file: no.csv}\nspacing: 1\n",
+    "points": "domain:\n  outer: {rectangle: [0, 0, 1, 1]}\n  points:\n    - {file: sub.csv}\nspacing: 1\n",
+    "field": "domain:\n  outer: {rectangle: [0, 0, 1, 1]}\nspacing:\n  field: {file: no.vtu}\n",
+    "raster": "domain:\n  outer: {rectangle: [0, 0, 1, 1]}\nspacing:\n  value: 1\n  raster: {file: no.asc}\n",
+}
+
+
+@pytest.mark.parametrize("name", UNREAD)
+def test_a_file_that_is_not_read_is_told_as_a_run_tells_it(name, here):
+    write(here, case=UNREAD[name], z=SMALL)
+    (here / "sub.csv").mkdir()
+    for resume in (False, True):
+        row, other = rows_of(".", folder="out", resume=resume)
+        assert (row.exit_code, row.inputs, other.exit_code) == (5, None, 0)
+        assert f"error: {row.error}" in refused(here, UNREAD[name], 5)
+        assert "case.yaml:" in row.error
 
 
 def test_an_error_of_the_program_is_a_row_with_its_place(here, monkeypatch):
@@ -105,7 +125,7 @@ def test_a_case_that_asks_for_the_impossible_is_a_row_and_the_others_are_meshed(
         assert message in refused(here, text, code).replace("case.yaml", "a.yaml")
 
 
-PARTS = ("plan.case_variants", "plan.load_case", "plan.destination", "plan.contents_of", "worker.inputs_digest")
+PARTS = ("plan.case_variants", "plan.load_case", "plan.destination", "plan.contents_or_errors", "worker.inputs_digest")
 
 
 @pytest.mark.parametrize("part", PARTS)
@@ -136,7 +156,7 @@ def test_a_library_that_was_removed_is_named_in_the_row(here, monkeypatch):
         raise ModuleNotFoundError("No module named 'matplotlib'", name="matplotlib.figure")
 
     write(here, a=SMALL)
-    monkeypatch.setattr("bubblemesh.batch.plan.contents_of", broken)
+    monkeypatch.setattr("bubblemesh.batch.plan.contents_or_errors", broken)
     (row,) = rows_of(".", folder="out")
     assert (row.exit_code, row.traceback) == (5, None)
     assert row.error == "a.yaml: matplotlib is needed for this and not installed: install bubblemesh anew"
@@ -257,7 +277,7 @@ def test_a_file_that_a_case_names_and_that_is_deleted_in_between_is_a_row(change
     Path("ring.txt").write_text("0 0\n1 0\n1 1\n0 1\n")
     rows = rows_of(".", workers=between(lambda: change(Path("ring.txt"))))
     assert [(row.case, row.exit_code) for row in rows] == [("a", 0), ("b", 5)]
-    assert "b.yaml: ring.txt: the file cannot be read" in rows[1].error
+    assert "b.yaml:1: ring.txt: the file cannot be read" in rows[1].error
 
 
 def failing_to_write(monkeypatch, name, number):
