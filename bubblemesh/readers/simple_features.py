@@ -73,8 +73,11 @@ def read_geojson_lines(path: Path, selection: Selection) -> FeatureCollection:
     for number, line in enumerate(read_text(path).split("\n"), start=1):
         text = line.strip(" \t\r\x1e")  # a record separator may begin each
         if text:
-            with prefixed(f"record {number}"):
-                entry = _parsed(text, "give one GeoJSON object in each line")
+            try:
+                with prefixed(f"line {number}"):
+                    entry = _loaded(text)
+            except json.JSONDecodeError as error:
+                raise _no_json(error, number, "give one GeoJSON object in each line") from None
             whole = isinstance(entry, dict) and entry.get("type") == "FeatureCollection"
             some = entry.get("features") if whole else [entry]
             entries += some if isinstance(some, list) else [entry]
@@ -83,11 +86,21 @@ def read_geojson_lines(path: Path, selection: Selection) -> FeatureCollection:
 
 def _parsed(text: str, advice: str) -> Any:
     try:
-        return json.loads(text, object_pairs_hook=_once, parse_int=_whole)
+        return _loaded(text)
     except json.JSONDecodeError as error:
-        raise CaseError(f"line {error.lineno}: not valid JSON: {shown(error.msg)}: {advice}") from None
+        raise _no_json(error, error.lineno, advice) from None
+
+
+def _loaded(text: str) -> Any:
+    """Data of a text; JSONDecodeError if it is no JSON, CaseError if it is nested too deep or has a key twice."""
+    try:
+        return json.loads(text, object_pairs_hook=_once, parse_int=_whole)
     except RecursionError:
         raise CaseError("nested too deep: GeoJSON needs far less") from None
+
+
+def _no_json(error: json.JSONDecodeError, line: int, advice: str) -> CaseError:
+    return CaseError(f"line {line}: not valid JSON: {shown(error.msg)}: {advice}")
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -176,7 +176,13 @@ FAULTS = {
         "a.ndjson",
         '{"type": "Point", "coordinates": [1, 2]}\n{',
         CaseError,
-        "record 2: line 1: not valid JSON",
+        r"a\.ndjson: line 2: not valid JSON",
+    ),
+    "record with a key twice": (
+        "a.geojsonl",
+        '{"type": "Point", "coordinates": [1, 2]}\n\n{"type": 1, "type": 2}',
+        CaseError,
+        r"a\.geojsonl: line 3: the key 'type' is given twice in one object",
     ),
     "broken topology": (
         "a.topojson",
