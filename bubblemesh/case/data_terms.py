@@ -74,7 +74,8 @@ class RasterTerm(DataFile):
     """An array over a rectangle."""
 
     name: Text | None = Field(
-        default=None, description="Name of the array in an .npz or NetCDF file; needed if it has more."
+        default=None,
+        description="Name of the array in an .npz or NetCDF file, or of the band of a GeoTIFF; needed if it has more.",
     )
     bounds: Bounds | None = Field(
         default=None, description="Rectangle [x0, y0, x1, y1] that the pixels fill; else the file's arrays x and y."

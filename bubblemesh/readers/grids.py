@@ -179,7 +179,7 @@ def _coordinates(variables: Mapping[str, Variable], name: str, dimension: str) -
 def _one_of(known: list[str], name: str | None) -> str:
     """The grid that is asked for, or the only one."""
     if name is None and len(known) != 1:
-        raise CaseError(f"has {len(known)} grids ({', '.join(known) or 'none'}): give the name of one")
+        raise CaseError(f"has {len(known)} grids ({shown(', '.join(known) or 'none', 200)}): give the name of one")
     if name is not None and name not in known:
         raise CaseError(f"has no grid {name!r}: {meant(name, known) if known else 'it has none'}")
     return known[0] if name is None else name
@@ -208,6 +208,7 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
             y = across.f + across.e * (np.arange(data.height) + 0.5)
             bounds = _box(box)
             step = _step(y, x, bounds)
+            band, called = _band(data, name, path.stem)
             columns, rows = _window(x, bounds[0], bounds[2], 1, "x"), _window(y, bounds[1], bounds[3], 1, "y")
             if len(columns.runs) > 1:
                 raise CaseError("the domain crosses its eastern edge: turn it there, as by gdalwarp -te")
@@ -216,8 +217,8 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
             )
             shape = max(height // step, 1), max(width // step, 1)
             window = Window(left, low, width, height)
-            found = data.read(1, window=window, out_shape=shape, masked=True, resampling=Resampling.average)
-            values = np.ma.filled(found.astype(float), np.nan) * data.scales[0] + data.offsets[0]
+            found = data.read(band, window=window, out_shape=shape, masked=True, resampling=Resampling.average)
+            values = np.ma.filled(found.astype(float), np.nan) * data.scales[band - 1] + data.offsets[band - 1]
             # Of several pixels the mean is in their middle.
             x = np.interp(_middles(width, shape[1]), np.arange(width), np.sort(columns.at))
             y = np.interp(_middles(height, shape[0]), np.arange(height), np.sort(rows.at))
@@ -227,7 +228,33 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
         raise
     except Exception as error:  # damaged files fail in any way
         raise FileError(f"is no GeoTIFF that can be read: {cause(error, 200)}") from error
-    return Grid(path.stem if name is None else name, x, y, values, system, step)
+    return Grid(called, x, y, values, system, step)
+
+
+def _band(data: Any, name: str | None, stem: str) -> tuple[int, str]:
+    """Number of a GeoTIFF's band, and what to call it: the only one by any name, or the one that is asked for.
+
+    All are known by their numbers (band_2), which expressions can name, and by names that they may have. Masks (alpha)
+    do not count. CaseError if the name is needed or unknown, or the values are no real numbers.
+    """
+    numbered = {f"band_{number}": number for number in data.indexes}
+    told = [
+        one if one and data.descriptions.count(one) == 1 else key
+        for one, key in zip(data.descriptions, numbered, strict=True)
+    ]
+    masks = [role.name == "alpha" for role in data.colorinterp]
+    bands = {one: number for one, number, mask in zip(told, data.indexes, masks, strict=True) if not mask}
+    if name in numbered:
+        number, called = numbered[name], name
+    elif len(bands) == 1:
+        (number,), called = bands.values(), stem if name is None else name
+    else:
+        called = _one_of([*bands], name)
+        number = bands[called]
+    kind = data.dtypes[number - 1]
+    if kind.startswith("complex"):
+        raise CaseError(f"{called} does not hold real numbers (found {kind})")
+    return number, called
 
 
 def _extent(run: slice, size: int) -> tuple[int, int]:

@@ -68,8 +68,8 @@ def geotiff(path, z=Z[::-1], **options):
     rasterio = pytest.importorskip("rasterio")
     across = rasterio.transform.from_origin(-7.05, 57.05, 0.1, 0.1)
     shape = {"height": 81, "width": 91, "count": 1, "dtype": "float64", "crs": "EPSG:4326", "transform": across}
-    with rasterio.open(path, "w", driver="GTiff", **shape, **options) as file:
-        file.write(z, 1)
+    with rasterio.open(path, "w", driver="GTiff", **shape | options) as file:
+        file.write(z.reshape(-1, 81, 91))
 
 
 MAKERS = {"a.nc": classic, "b.nc": records, "c.nc": version_4, "d.asc": ascii_grid, "e.xyz": triples, "f.tif": geotiff}
@@ -185,6 +185,36 @@ def test_one_of_several_grids_is_named(tmp_path):
         file["depth"] = Z
     with pytest.raises(CaseError, match="depth has no coordinates for its dimension"):
         read_grid(tmp_path / "b.nc", None, None)
+
+
+def test_one_of_several_bands_of_a_geotiff_is_named(tmp_path):
+    rasterio = pytest.importorskip("rasterio")
+    geotiff(tmp_path / "a.tif", np.stack([Z[::-1] - 1000, Z[::-1], Z[::-1]]), count=3)
+    with pytest.raises(CaseError, match=r"has 3 grids \(band_1, band_2, band_3\): give the name of one"):
+        read_grid(tmp_path / "a.tif", None, BOX)
+    with rasterio.open(tmp_path / "a.tif", "r+") as file:
+        file.descriptions = ("error", "depth", None)
+        file.scales, file.offsets = (1.0, 0.5, 1.0), (0.0, 3.0, 0.0)
+    with pytest.raises(CaseError, match=r"has no grid 'deep': .*depth"):
+        read_grid(tmp_path / "a.tif", "deep", BOX)
+    for name in ("depth", "band_2"):
+        grid = read_grid(tmp_path / "a.tif", name, BOX)
+        right(grid._replace(values=(grid.values - 3) / 0.5))
+        assert grid.name == name
+
+
+def test_a_mask_is_no_band_to_choose(tmp_path):
+    rasterio = pytest.importorskip("rasterio")
+    geotiff(tmp_path / "a.tif", np.stack([Z[::-1], 0 * Z + 255]), count=2, alpha="yes", photometric="MINISBLACK")
+    right(read_grid(tmp_path / "a.tif", None, BOX))
+    with rasterio.open(tmp_path / "a.tif") as file:
+        assert file.colorinterp[1].name == "alpha"
+
+
+def test_complex_values_of_a_geotiff_are_refused(tmp_path):
+    geotiff(tmp_path / "a.tif", Z[::-1] + 1j, dtype="complex64")
+    with pytest.raises(CaseError, match=r"a does not hold real numbers \(found complex64\)"):
+        read_grid(tmp_path / "a.tif", None, BOX)
 
 
 @pytest.mark.parametrize("name", MAKERS)
