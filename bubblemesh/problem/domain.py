@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from bubblemesh.spacing.spacing import Spacing
 
 DOMAIN = Key(["domain"])
+REST = -1  # number of what regions leave of the domain, among the numbers of their entries
 
 
 def case_domain(case: Case) -> Domain:
@@ -161,20 +162,31 @@ def _inner_parts(keys: InnerKeys) -> Parts:
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
-    seen: dict[str, int] = {keys.region: -1}
+    seen = {keys.region: REST}
     for number, model in enumerate(keys.regions):
         key = Key((*DOMAIN, "regions", number))
         if isinstance(model, RegionFile):
             with about(key):
                 found = _regions_of_file(model)
                 for area in found:
-                    if seen.setdefault(str(area.name), number) != number:
-                        raise CaseError(f"{area.name!r} is the name of another region too: rename one of them")
+                    if (other := seen.setdefault(str(area.name), number)) != number:
+                        raise _named_twice(area, model, is_rest=other == REST)
         else:
             seen.setdefault(model.name, number)
             with prefixed(f"region {model.name!r}"), about(key):
                 found = [replace(area, name=model.name) for area in drawn(areas_of(model.ring), model)]
         yield from (_region(area, str(area.name), key) for area in found)
+
+
+def _named_twice(area: Area, keys: RegionFile, is_rest: bool) -> CaseError:
+    """The error of an area of a file whose name another region has, or the rest of the domain."""
+    where = area.outer.origin or keys.file
+    if is_rest:
+        return CaseError(
+            f"{where}: {area.name!r} is the name of what regions leave of the domain, too: rename it, or that by "
+            "region: NAME in the domain"
+        )
+    return CaseError(f"{where}: {area.name!r} is the name of another region too: rename one of them")
 
 
 def _regions_of_file(keys: RegionFile) -> list[Area]:

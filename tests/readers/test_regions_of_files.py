@@ -56,6 +56,16 @@ def test_neighbours_are_regions_and_the_domain_is_all_of_them(found):
     assert (shapely.get_coordinates(domain.polygon)[:-1] >= 0).all()
 
 
+def test_a_name_that_is_taken_is_told_with_its_feature_and_what_to_do(found):
+    told = r"land\.geojson: feature 1 \(domain\): 'domain' is the name of what regions leave .* or that by region: NAME"
+    with pytest.raises(CaseError, match=told):
+        found(LAND, west=WEST, domain=EAST)
+    named = found("{regions: {file: land.geojson, name: NAME}, region: rest}", west=WEST, domain=EAST)
+    assert sizes(named) == {"west": 2, "domain": 2}
+    with pytest.raises(CaseError, match=r"land\.geojson: feature 0 \(west\): 'west' is the name of another region too"):
+        found(f"{{regions: [{{name: west, ring: {{rectangle: [0, 0, 1, 1]}}}}, {LAND[10:-1]}]}}", west=WEST)
+
+
 def test_a_region_may_fill_the_hole_of_another_one(found):
     domain = found(LAND, west=WEST, east=EAST, north=NORTH, lake=LAKE)
     assert (domain.polygon.area, domain.hole_count) == (6, 0)
