@@ -11,6 +11,8 @@ FARTHEST = np.array([180.0, 90.0])
 HUNDREDTHS = 100  # numbers that people write by hand are whole numbers of these, or of larger parts
 ROUNDING = 1e-9
 MOST = 0.5  # share of such numbers in a drawing
+FAR = 3.0  # sizes of a map between it and the origin; drawings are nearer, as most countries are not
+NEAR_DATE_LINE = 170.0  # longitude that maps across the date line reach on both sides
 ZONE, WIDEST = 6.0, 12.0  # degrees: width of a zone of the UTM system, and of what one of them serves for
 # Of WGS 84, ETRS89, NAD83 and NAD27: few files name others.
 NAMES = re.compile(r"(?<!\d)(CRS84h?|CRS83|CRS27|4326|4979|4258|4937|4269|4267)$")
@@ -28,23 +30,48 @@ def is_named_geographic(name: object) -> bool | None:
     return True if NAMES.search(str(name)) else None
 
 
-def look_like_degrees(points: Floats) -> bool:
+def look_like_degrees(points: Floats, is_map: bool = False) -> bool:
     """Whether points (n, 2) of a file that says nothing of its coordinates are degrees rather than a drawing.
 
     They are in the range of degrees, not around the origin, which lies in the ocean, and most are not round numbers.
+    Where the file ``is_map``, one of a format of maps that bounds a domain by itself, round numbers are degrees too if
+    they are farther from the origin than people draw, or on both sides of the date line.
     """
     low, high = points.min(axis=0), points.max(axis=0)
-    around_origin = bool(((low <= 0) & (high >= 0)).all())
-    if around_origin or (np.abs([low, high]) > FARTHEST).any():
+    if (np.abs([low, high]) > FARTHEST).any():
         return False
+    if is_map and cross_date_line(points):
+        return True
+    aside = np.maximum(np.maximum(low, -high), 0)  # of the origin
+    if not aside.any():
+        return False
+    if is_map and np.hypot(*aside) >= FAR * (high - low).max():
+        return True
     parts = points * HUNDREDTHS
     return bool((np.abs(parts - np.rint(parts)) <= ROUNDING * np.abs(parts)).mean() < MOST)
 
 
-def degrees_notes(points: Floats, degrees: bool | None) -> tuple[str, ...]:
-    """Note on points (n, 2) that are ``degrees``, or look like it if that is None: what follows, and what to do."""
-    if len(points) == 0 or not (look_like_degrees(points) if degrees is None else degrees):
+def cross_date_line(points: Floats) -> bool:
+    """Whether places (n, 2) in degrees are on both sides of the date line, and not on the other half of the earth."""
+    x = np.sort(points[:, 0])
+    across = 2 * FARTHEST[0] - np.diff(x).max(initial=0.0)
+    return bool(x[0] <= -NEAR_DATE_LINE and x[-1] >= NEAR_DATE_LINE and 0 < across < FARTHEST[0])
+
+
+def degrees_notes(points: Floats, degrees: bool | None, is_map: bool = False) -> tuple[str, ...]:
+    """Notes on points (n, 2) that are ``degrees``, or look like it if that is None: what follows, and what to do.
+
+    ``is_map`` is as of `look_like_degrees`.
+    """
+    if len(points) == 0 or not (look_like_degrees(points, is_map) if degrees is None else degrees):
         return ()
+    told = list[str]()
+    if cross_date_line(points):
+        told.append(
+            f"longitudes jump at the date line, and are taken as they are, {np.ptp(points[:, 0]):.0f} degrees apart: "
+            "add 360 to those that are negative"
+        )
+        points = np.column_stack([points[:, 0] % (2 * FARTHEST[0]), points[:, 1]])
     (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     latitude = (south + north) / 2
     stretched = 1 / max(math.cos(math.radians(min(abs(latitude), 89.0))), 1e-3)
@@ -54,6 +81,7 @@ def degrees_notes(points: Floats, degrees: bool | None) -> tuple[str, ...]:
         f"coordinates {certainly} degrees and are taken as they are: the spacing counts in degrees, too, and "
         f"{too_long}; for a true shape add crs: {{from: EPSG:4326}}, with sizes in metres, or project the file to "
         f"metres ({_projection(west, east, latitude)})",
+        *told,
     )
 
 

@@ -104,7 +104,7 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     point or line.
     """
     with prefixed(path):
-        chosen = _chosen(path, selection)
+        chosen = _chosen(path, selection, is_map=is_of_maps(path))
         areas = areas_of(chosen.areas, chosen.loose, chosen.hole_points)
         part = selection.part
         if selection.repair is not None:
@@ -163,24 +163,29 @@ def files_of(path: Path) -> list[Path]:
     return [path, *beside(path, () if known is None else known.beside)]
 
 
-def _chosen(path: Path, selection: Selection) -> Chosen:
-    """Part of a file that the selection takes, with curves that meet joined into rings."""
+def _chosen(path: Path, selection: Selection, is_map: bool = False) -> Chosen:
+    """Part of a file that the selection takes, with curves that meet joined into rings; ``is_map`` for its notes."""
     content = content_of(path, selection)
     features = taken(content, selection)
-    size, told = _measured(content, features, selection)
+    size, told = _measured(content, features, selection, is_map)
     found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
     notes = [*content.notes, *found.notes, *told]
     return Chosen(areas, found.loose, content.hole_points, notes, selection.factor(content))
 
 
-def _measured(content: FeatureCollection, features: Sequence[Feature], selection: Selection) -> tuple[float, list[str]]:
-    """Size of the features, and notes on their unit; messages tell places as exactly as the size asks for."""
+def _measured(
+    content: FeatureCollection, features: Sequence[Feature], selection: Selection, is_map: bool = False
+) -> tuple[float, list[str]]:
+    """Size of the features, and notes on their unit; messages tell places as exactly as the size asks for.
+
+    ``is_map`` is as of `degrees_notes`.
+    """
     points = vertices_of(features)
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     tell_places_of(size)
     degrees = False if is_projecting() else content.degrees
-    return size, [*degrees_notes(points, degrees), *length_notes(content, selection)]
+    return size, [*degrees_notes(points, degrees, is_map), *length_notes(content, selection)]
 
 
 def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[str]:

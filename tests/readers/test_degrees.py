@@ -10,6 +10,8 @@ from bubblemesh.problem.domain import case_domain
 UTM = [[500000.0, 5300000.0], [501000.0, 5300000.0], [500500.0, 5300700.0]]
 LAKE = [[11.3217, 48.0113], [11.4193, 48.0137], [11.3822, 47.9171]]
 PLATE = [[1, 1], [3, 1], [3, 2.5], [1, 2.5]]
+SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]]
+CELL = [[10, 50], [11, 50], [11, 51], [10, 51]]  # of a map, with numbers as people draw
 FOIL = [[1.0, 0.00126], [0.5132, 0.0529], [0.0, 0.0], [0.4871, -0.0529]]
 
 
@@ -34,10 +36,37 @@ def test_degrees_are_told_with_what_follows_and_what_to_do(tmp_path, ending, for
     assert "EPSG:32632" in note
 
 
-@pytest.mark.parametrize("points", [UTM, PLATE, FOIL])
+@pytest.mark.parametrize("points", [UTM, PLATE, SQUARE, FOIL])
 @pytest.mark.parametrize(("ending", "form"), [("geojson", geojson), ("wkt", wkt)])
 def test_lengths_are_not_told_to_be_degrees(tmp_path, ending, form, points):
     assert notes(tmp_path / f"a.{ending}", form(points)) == ()
+
+
+@pytest.mark.parametrize(("ending", "form", "told"), [("geojson", geojson, 1), ("ndjson", geojson, 1), ("wkt", wkt, 0)])
+def test_round_numbers_of_a_map_far_from_the_origin_are_degrees(tmp_path, ending, form, told):
+    assert sum("coordinates look like degrees" in note for note in notes(tmp_path / f"a.{ending}", form(CELL))) == told
+
+
+def test_round_numbers_of_a_hole_are_those_of_a_drawing(tmp_path):
+    (tmp_path / "a.geojson").write_text(geojson(CELL))
+    text = f"domain: {{outer: {{rectangle: [0, 0, 80, 80]}}, holes: [{{file: {tmp_path}/a.geojson}}]}}\nspacing: 1\n"
+    assert case_domain(load_case("a.yaml", text=text)).notes == ()
+
+
+ACROSS = [[179, -17], [-179, -17], [-179, -16], [179, -16]]
+EARTH = [[-180, -60], [180, -60], [180, 80], [-180, 80]]
+WIDE = [[-100, -50], [100, -50], [100, 50], [-100, 50]]
+
+
+def test_a_map_across_the_date_line_is_told_how_wide_it_is(tmp_path):
+    degrees, width = notes(tmp_path / "a.geojson", geojson(ACROSS))
+    assert "EPSG:32760" in degrees
+    assert "longitudes jump at the date line, and are taken as they are, 358 degrees apart: add 360" in width
+
+
+@pytest.mark.parametrize("points", [EARTH, WIDE, [[x % 360, y] for x, y in ACROSS]])
+def test_what_does_not_cross_the_date_line_is_not_told_so(tmp_path, points):
+    assert not any("date line" in note for note in notes(tmp_path / "a.geojson", geojson(points)))
 
 
 @pytest.mark.parametrize(
