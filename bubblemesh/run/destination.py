@@ -234,11 +234,19 @@ def _with_formats_told(
     report: Mapping[str, Any], mesh: Mesh | SlicedMesh, formats: Sequence[FormatName]
 ) -> Mapping[str, Any]:
     """The report of a mesh, with warnings of formats that have no place for its partition, or take much memory."""
-    warned, lacking = list[str](), without_partition(formats)
-    if isinstance(mesh, Mesh) and mesh.partition is not None and lacking:
+    if not isinstance(mesh, Mesh):
+        return report
+    warned, lacking, whole = list[str](), without_partition(formats), whole_only(formats)
+    pieces = [name for name in formats if FORMATS[name].piece is not None]
+    if mesh.partition is not None and lacking:
         warned.append(f"there is no place for the partition in {', '.join(lacking)}: {PARTITIONED} have one")
-    if isinstance(mesh, Mesh) and "parts" in report and len(mesh.points) > LARGE and (whole := whole_only(formats)):
+    if "parts" in report and len(mesh.points) > LARGE and whole:
         warned.append(f"{', '.join(whole)}: written from the whole mesh in memory: {SLICED} are written part by part")
+    if "parts" in report and mesh.partition is None and pieces and whole:
+        warned.append(
+            f"{', '.join(pieces)}: in one piece, since the whole mesh is needed for {', '.join(whole)}: leave that to "
+            "another run, or set output.partition"
+        )
     return {**report, "warnings": [*report["warnings"], *warned]} if warned else report
 
 

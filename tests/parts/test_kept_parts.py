@@ -420,6 +420,15 @@ def test_formats_that_need_all_of_a_large_mesh_are_told(here, monkeypatch):
     assert "su2: written from the whole mesh in memory: xdmf" in told.replace("\n", " ")
 
 
+def test_formats_with_pieces_that_have_one_only_are_told(here):
+    words = "run", "plate.yaml", "-o", "out", "--parts", "2", "--format", "pvtu"
+    code, _, told = command(*words, "--format", "su2")
+    assert code == 0
+    assert "pvtu: in one piece, since the whole mesh is needed for su2" in told.replace("\n", " ")
+    for others in (["--partition", "2", "--format", "su2"], []):
+        assert "in one piece" not in command(*words, *others)[2]
+
+
 @pytest.mark.parametrize("extra", ["angle_min: 28", "output: {order: 2}", "output: {partition: 3}"])
 def test_what_needs_all_triangles_is_made_at_once(extra):
     def nothing(value):
