@@ -66,7 +66,7 @@ def parse_shard(text: str) -> tuple[int, int]:
     """Index and count of a text such as ``3/16``; a CaseError if it is no such text."""
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise CaseError(f"--shard {text}: must be a part and the number of parts, from 1/16 to 16/16")
+        raise CaseError(f"--shard {text}: must be I/N, the part I of N parts, from 1/N to N/N")
     return int(found[1]), int(found[2])
 
 
@@ -180,7 +180,8 @@ def _called(entry: Entry) -> str:
 def case_files(paths: Sequence[str]) -> list[str]:
     """Case files that paths, patterns and folders mean, each once: in their order, those of a folder by their names.
 
-    CaseError if there is no case file in a folder, or nothing fits a pattern; FileError if a folder cannot be read.
+    CaseError if there is no case file in a folder, or nothing fits a pattern; FileError if a folder cannot be read, or
+    a name is empty.
     """
     found: dict[str, str] = {}
     for path in paths:
@@ -190,6 +191,8 @@ def case_files(paths: Sequence[str]) -> list[str]:
 
 
 def _files_of(path: str) -> list[str]:
+    if not path:
+        raise FileError("the name of a case file or folder is empty")
     if path == "-":
         raise CaseError("-: a batch reads no case from the standard input: use bubblemesh run -")
     is_folder = Path(path).is_dir()

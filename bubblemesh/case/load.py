@@ -18,7 +18,7 @@ from bubblemesh.case.overrides import Override, applied, overrides_of
 from bubblemesh.case.parameters import literal, no_use, resolved
 from bubblemesh.case.sweep import ALONE, SweepError, Variant, path_of, variants_of
 from bubblemesh.case.yaml import read_text, value_ahead
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import confined_to
 from bubblemesh.process.limits import allow, within
 from bubblemesh.records import record
@@ -68,7 +68,7 @@ def load_case(
     CaseError
         If the text is not valid YAML or not a valid case; each line of the message names a place and a key.
     """
-    path, changes = Path(path), overrides_of(overrides, **options)
+    path, changes = _named(path, text), overrides_of(overrides, **options)
     root = _root_of(path, untrusted)
     return _in_time(path, changes, root, lambda begun: _loaded(path, text, changes, variant, root, begun))
 
@@ -118,7 +118,7 @@ def case_variants(
 
     Errors are those of `load_case`, but the cases are not checked; an option that sets what is swept is a CaseError.
     """
-    path, changes = Path(path), overrides_of(overrides, **options)
+    path, changes = _named(path, text), overrides_of(overrides, **options)
     root = _root_of(path, untrusted)
     data, places = _in_time(path, changes, root, lambda begun: _read(path, text, changes, root))
     variants = variants_of(data.get("sweep"), places)
@@ -130,6 +130,13 @@ def case_variants(
             if change.covers(path_of(key)) or change.leads_through(path_of(key)):
                 raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
     return [replace(variant, files=tuple(places.files)) for variant in variants]
+
+
+def _named(path: Path | str, text: str | None) -> Path:
+    """Path of a case file; a FileError if its name is empty, which would be that of the working directory."""
+    if path == "" and text is None:
+        raise FileError("the case file cannot be read: its name is empty")
+    return Path(path)
 
 
 def _root_of(path: Path, untrusted: bool) -> Path | None:

@@ -45,8 +45,11 @@ class Override:
 def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> list[Override]:
     """Overrides of settings such as ``a.b=value`` and, over them, of options with their values; None is no value.
 
-    Settings that cannot be `parsed` are a CaseError, an unknown option is a TypeError.
+    Settings that cannot be `parsed`, and a single text in place of them, are a CaseError, an unknown option is a
+    TypeError.
     """
+    if isinstance(settings, str):  # whose letters would be taken for settings
+        raise CaseError(f"overrides: must be a list of texts, as in [{settings!r}] (found the text {settings!r})")
     unknown = options.keys() - OPTIONS.keys()
     if unknown:
         raise TypeError(f"no option of a case: {', '.join(sorted(unknown))} (there are: {', '.join(OPTIONS)})")

@@ -249,8 +249,9 @@ def crew_for(case: "Case", jobs: int | None, cluster: str | None, *, at_once: bo
     if case.parts is None:
         from bubblemesh.parts.work import alone
 
-        if jobs is not None or cluster is not None:
-            raise CaseError("--jobs and --cluster: a mesh in one piece takes one process: add --parts auto")
+        given = [option for option, value in (("--jobs", jobs), ("--cluster", cluster)) if value is not None]
+        if given:
+            raise CaseError(f"{' and '.join(given)}: a mesh in one piece takes one process: add --parts auto")
         return nullcontext(alone)
     from bubblemesh.workers.crew import MANY, crew_of
     from bubblemesh.workers.hire import workers_at

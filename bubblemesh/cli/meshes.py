@@ -193,7 +193,8 @@ def plot(
         read = with_metric(read) if ellipses else read
         figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
     except PlotOptionError as error:
-        raise CaseError(f"--{error.option}: {error.problem}") from None
+        option = "zoom" if error.option == "view" and zoom is not None else error.option
+        raise CaseError(f"--{option}: {error.problem}") from None
     except CaseError as error:
         raise CaseError(f"{mesh}: {error}") from None
     save_figure(figure, path, shown)

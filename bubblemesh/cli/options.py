@@ -52,7 +52,8 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and er
 
 def count_or_word(text: str) -> int | str:
     """A number where the text is one."""
-    return int(text) if text.isascii() and text.isdigit() else text
+    digits = text.removeprefix("-")
+    return int(text) if digits.isascii() and digits.isdigit() else text
 
 
 # Options that set keys of the case: what each sets stands under its name in case/overrides.py, which spells its flag.

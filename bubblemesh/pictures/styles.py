@@ -89,6 +89,8 @@ class PlotOptions:
 
     def check(self) -> None:
         """Refuse values that no picture can have, by a PlotOptionError."""
+        if self.color == "":
+            raise PlotOptionError("color", f"must not be empty: give {', '.join(QUANTITIES)}, or a field of the mesh")
         if self.style not in STYLES:
             raise PlotOptionError("style", f"{self.style!r} is unknown: {meant(self.style, STYLES)}")
         for name, value in (("width", self.width), ("dpi", self.dpi)):

@@ -240,6 +240,9 @@ def test_help_and_version(tmp_path):
     [
         (["run"], 2, "CASE"),
         (["run", "missing.yaml"], 5, "missing.yaml"),
+        (["run", ""], 5, "error: the case file cannot be read: its name is empty"),
+        (["check", ""], 5, "error: the case file cannot be read: its name is empty"),
+        (["batch", ""], 5, "error: the name of a case file or folder is empty"),
         (["run", "square.yaml", "-o", "mesh.stl"], 2, ".stl"),
         (["run", "square.yaml", "-o", "mesh.msh", "--format", "vtu"], 2, "--format"),
         (["run", "square.yaml", "--format", "stl"], 2, "stl"),

@@ -72,5 +72,7 @@ def test_python_knows_the_same_options_and_no_other():
     assert load_case("case.yaml", text=CASE, time_limit=5).limits.seconds == 5
     with pytest.raises(CaseError, match=r"--time-limit: limits\.seconds: "):
         load_case("case.yaml", text=CASE, time_limit=-5)
+    with pytest.raises(CaseError, match=r"overrides: must be a list of texts, as in \['spacing=1'\]"):
+        load_case("case.yaml", text=CASE, overrides="spacing=1")
     with pytest.raises(TypeError, match=r"no option of a case: color \(there are: method, seed"):
         load_case("case.yaml", text=CASE, color="red")

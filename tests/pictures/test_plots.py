@@ -439,6 +439,21 @@ def test_zoom_is_view_with_commas(mesh, tmp_path):
     assert (code, "drop one of them" in text) == (2, True)
 
 
+@pytest.mark.parametrize(("option", "value"), [("--zoom", ["10,10,20,20"]), ("--view", [10, 10, 20, 20])])
+def test_a_part_without_a_triangle_is_told_by_the_option_that_was_given(option, value, mesh, tmp_path):
+    write_file(mesh, {}, {}, tmp_path / "a.msh")
+    code, text = run("plot", tmp_path / "a.msh", "-o", tmp_path / "a.png", option, *value)
+    assert code == 2
+    assert f"{option}: no triangle is there" in text
+
+
+def test_an_empty_color_is_no_default(mesh, tmp_path):
+    write_file(mesh, {}, {}, tmp_path / "a.msh")
+    code, text = run("plot", tmp_path / "a.msh", "-o", tmp_path / "a.png", "--color", "")
+    assert code == 2
+    assert "--color: must not be empty: give quality, size" in text
+
+
 # Files of other programs
 
 

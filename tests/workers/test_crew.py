@@ -182,9 +182,11 @@ def test_a_run_in_parts_is_the_same_with_any_number_of_workers(tmp_path, monkeyp
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--jobs", "2"], "--jobs and --cluster: a mesh in one piece takes one process: add --parts auto"),
+        (["--jobs", "2"], "error: --jobs: a mesh in one piece takes one process: add --parts auto"),
+        (["--cluster", "tcp://here:1"], "error: --cluster: a mesh in one piece takes one process: add --parts auto"),
         (["--parts", "2", "--jobs", "2", "--cluster", "tcp://here:1"], "--jobs counts processes of this machine"),
-        (["--parts", "some"], "--parts: "),
+        (["--parts", "some"], "--parts: parts: must be auto, or a whole number of at least 1 (found the text 'some')"),
+        (["--parts", "-2"], "--parts: parts: must be auto, or a whole number of at least 1 (found -2)"),
     ],
 )
 def test_options_that_do_not_go_together_are_told(tmp_path, monkeypatch, options, message):
