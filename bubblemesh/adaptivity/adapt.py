@@ -1,6 +1,6 @@
 """From a case and a solution on its mesh to the next mesh: sizes by the estimated error, the present nodes as start."""
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -20,6 +20,7 @@ from bubblemesh.adaptivity.solution import Solution, require_coverage
 from bubblemesh.arrays import Floats, Integers, others
 from bubblemesh.case import Case
 from bubblemesh.case.models import IN_METRIC, MULTILEVEL
+from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
@@ -27,7 +28,7 @@ from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
-from bubblemesh.problem.prepare import near_target, prepare_in, task_of
+from bubblemesh.problem.prepare import NODES, near_target, prepare_in, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.python.numbers import is_real, is_whole
 from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
@@ -51,7 +52,7 @@ MOST_TIMES = 16.0  # the nodes of the mesh before
 FEWEST = 4.0  # nodes, of a solution without any error
 FINEST, COARSEST = 1e-6, 0.2  # sizes, of the domain's size, if the case does not say
 SAME = 0.1  # relative change of sizes that is not made: estimates of single triangles are no more exact
-TINY = np.finfo(float).tiny
+TINY = float(np.finfo(float).tiny)
 
 
 @record
@@ -61,16 +62,27 @@ class Target:
     error: float | None = None
     nodes: int | None = None
     anisotropic: bool = False  # whether sizes depend on the direction
+    mark: str = ""  # before the names of arguments in messages: those of the command line have -- there
 
     def __post_init__(self) -> None:
+        error, nodes = self.called("error"), self.called("nodes")
         if self.error is not None and self.nodes is not None:
-            raise CaseError("error and nodes exclude each other: give one of them")
+            raise CaseError(f"{error} and {nodes} exclude each other: give one of them")
         if self.error is not None and not (is_real(self.error) and 0 < self.error < 1):
             raise CaseError(
-                f"the wanted error must be a part of the solution's norm, between 0 and 1 (found {self.error!r})"
+                f"{error}: must be a share of the gradient's norm, between 0 and 1 (found {self.error!r})"
             )
         if self.nodes is not None and not is_whole(self.nodes, 3):
-            raise CaseError(f"the wanted number of nodes must be a whole one of at least 3 (found {self.nodes!r})")
+            raise CaseError(f"{nodes}: must be a whole number of at least 3 (found {self.nodes!r})")
+
+    def called(self, argument: str) -> str:
+        """Name of an argument in messages."""
+        return f"{self.mark}{argument}"
+
+    @property
+    def figures(self) -> dict[str, float | None]:
+        """The goal as reports tell it."""
+        return {"error": self.error, "nodes": self.nodes, "anisotropic": self.anisotropic}
 
 
 def adapted(
@@ -106,7 +118,8 @@ def _adapted(
         require_coverage(domain, solution.points, solution.triangles)
         values = solution.values / solution.unit
         estimate = estimated(solution.points, solution.triangles, values, _parts(domain, solution))
-        figures = _figures(solution, estimate, exact)
+        with prefixed(target.called("exact")):
+            figures = _figures(solution, estimate, exact)
     if target.anisotropic:
         problem, start = _next_in_metric(case, domain, solution, estimate, target, seconds)
         expected = estimate.error * float(np.sqrt(len(solution.points) / problem.expected_nodes))
@@ -115,7 +128,7 @@ def _adapted(
         wanted = problem.spacing.between(solution.points, solution.triangles)
         expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), wanted)
     adaptation = figures | {
-        "wanted": asdict(target),
+        "wanted": target.figures,
         "expected_error": solution.unit * expected,
         "expected_relative_error": expected / max(estimate.solution, TINY),
         **start,
@@ -149,7 +162,7 @@ def _next_problem(
     request = with_areas_below(
         SpacingRequest(at, rules, nodes, case.warnings), domain, case.largest, largest_areas(case, domain)
     )
-    return prepare_in(domain, request, task, seconds, Key(["nodes"])), start
+    return prepare_in(domain, request, task, seconds, _key(target, terms)), start
 
 
 def _next_in_metric(
@@ -187,7 +200,7 @@ def _next_in_metric(
         tensors = graded(*mesh, tensors, growth)
         if len(domain.periodic):
             tensors = graded(*mesh, finer_of_both_sides(domain, *mesh, tensors), growth)
-        metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, Key(["nodes"])),)
+        metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, _key(target, terms)),)
         request = SpacingRequest(lambda scale: coarse, rules, None, told, metrics)
         problem = prepare_in(domain, request, task, seconds)
         if abs(problem.expected_nodes / nodes - 1) < CLOSE:
@@ -195,11 +208,18 @@ def _next_in_metric(
         wanted *= nodes / problem.expected_nodes
     enough = target.error is not None and problem.expected_nodes > nodes  # the coarsest mesh has less of an error
     if abs(problem.expected_nodes / nodes - 1) > MISSED and not enough:
-        with at_key("nodes"):
+        with at_key(*_key(target, terms)):
             raise out_of_reach(nodes, problem.expected_nodes)
     if target.error is None:  # what is made is counted too
-        problem = near_target(problem, request, round(nodes), Key(["nodes"]))
+        problem = near_target(problem, request, round(nodes), _key(target, terms))
     return problem, {"unchanged": 0.0, "start": "method", "anisotropic": True}
+
+
+def _key(target: Target, terms: SpacingTerms) -> Key:
+    """Argument that says how many nodes the mesh gets, or the key of the case that does so without any."""
+    if target.error is None and target.nodes is None and terms.nodes is not None:
+        return NODES
+    return Key([target.called("nodes" if target.error is None else "error")])
 
 
 def _everywhere(size: float, x: Floats, y: Floats) -> Floats:
@@ -240,9 +260,8 @@ def _figures(solution: Solution, estimate: Estimate, exact: str | None) -> dict[
     if exact is None:
         return figures
     if solution.values.shape[1] > 1:
-        raise CaseError(f"the exact solution is one expression, but {solution.name} has several components")
-    with prefixed("the exact solution"):
-        known = Expression.parse(exact)
+        raise CaseError(f"must be one expression, but {solution.name} has several components: leave it out")
+    known = Expression.parse(exact)
     values = solution.values[:, 0] / unit
     error = true_error(solution.points, solution.triangles, values, lambda x, y: known(x, y) / unit)
     return figures | {"true_error": unit * error, "effectivity": estimate.error / error if error > 0 else None}

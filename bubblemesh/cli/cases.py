@@ -122,7 +122,7 @@ def adapt(
     from bubblemesh.run.destination import OutputOptions
 
     loaded = case_at(case, overrides, untrusted)
-    target = adapting.Target(error, nodes, anisotropic)
+    target = adapting.Target(error, nodes, anisotropic, mark="--")
     place = destination_of(loaded, case, OutputOptions(output, formats or (), solvers or ()), as_json, solution)
     read = read_nodal_field(solution, field)
     console.warn([f"{solution}: {note}" for note in read.notes])

@@ -198,16 +198,24 @@ def test_the_exact_solution_tells_the_effectivity(plate):
     assert figures["true_error"] == pytest.approx(figures["error"] / figures["effectivity"])
 
 
+@pytest.mark.parametrize("values", [lambda x: x**2, np.ones_like])
+def test_figures_of_an_adaptation_are_plain_numbers(plate, values):
+    solution = bubblemesh.Solution.of(plate.points, plate.triangles, values(plate.points[:, 0]))
+    figures = bubblemesh.adapt(case_of(PLATE), solution, nodes=200).report["adaptation"]
+    names = ("error", "relative_error", "expected_error", "expected_relative_error")
+    assert {type(figures[name]) for name in names} == {float}
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"error": 0.1, "nodes": 100}, "error and nodes exclude each other"),
-        ({"error": 1.5}, r"between 0 and 1 \(found 1.5\)"),
+        ({"error": 1.5}, r"^error: .* between 0 and 1 \(found 1.5\)"),
         ({"error": "small"}, r"between 0 and 1 \(found 'small'\)"),
-        ({"nodes": 2}, "at least 3"),
-        ({"nodes": 400.5}, r"nodes must be a whole one of at least 3 \(found 400.5\)"),
+        ({"nodes": 2}, "^nodes: must be a whole number of at least 3"),
+        ({"nodes": 400.5}, r"^nodes: must be a whole number of at least 3 \(found 400.5\)"),
         ({"field": "u"}, "field: names data of a file"),
-        ({"exact": "x +"}, "the exact solution: "),
+        ({"exact": "x +"}, "^exact: "),
     ],
 )
 def test_options_that_make_no_sense_are_refused(plate, options, message):
@@ -264,11 +272,14 @@ def test_the_command_writes_the_files_of_a_run(folder, plate):
     [
         (["--field", "v"], 2, "solution.vtu: has no data 'v' at its nodes: it has u, flow"),
         ([], 2, "choose one by --field"),
-        (["--field", "u", "--error", "2"], 2, "between 0 and 1"),
-        (["--field", "u", "--nodes", "9", "--error", "0.1"], 2, "exclude each other"),
-        (["--field", "flow", "--exact", "x"], 2, "flow has several components"),
+        (["--field", "u", "--error", "2"], 2, "error: --error: must be a share of the gradient's norm"),
+        (["--field", "u", "--nodes", "2"], 2, "error: --nodes: must be a whole number of at least 3 (found 2)"),
+        (["--field", "u", "--nodes", "9", "--error", "0.1"], 2, "error: --error and --nodes exclude each other"),
+        (["--field", "u", "--exact", "x +"], 2, "plate.yaml: --exact: "),
+        (["--field", "flow", "--exact", "x"], 2, "--exact: must be one expression, but flow has several components"),
         (["--field", "u", "--set", "domain.holes=[]"], 2, "plate.yaml: the mesh of the solution does not cover"),
-        (["--field", "u", "--nodes", "5"], 6, "nodes: 5 nodes are too few"),
+        (["--field", "u", "--nodes", "5"], 6, "plate.yaml: --nodes: 5 nodes are too few"),
+        (["--field", "u", "--set", "spacing.nodes=5"], 6, "--set spacing.nodes: spacing.nodes: 5 nodes are too few"),
         (["--field", "u", "-o", "solution.vtu"], 5, "solution.vtu: the results would overwrite this file"),
         (["--field", "u", "-o", "-", "--json"], 2, "drop one of them"),
     ],
