@@ -24,11 +24,13 @@ __version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> Any:
-    """Load the programming interface when it is first used: the command line starts faster without."""
+    """Load the programming interface, or the errors, when they are first used: the command line starts faster so."""
+    if name == "errors":
+        return import_module("bubblemesh.errors")
     if name in __all__:
         return getattr(import_module("bubblemesh.api"), name)
     raise AttributeError(f"module 'bubblemesh' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, "errors"})

@@ -62,9 +62,18 @@ def test_all_public_names_are_there_and_loaded_when_used():
         assert name in dir(bubblemesh)
     with pytest.raises(AttributeError, match="nothing"):
         _ = bubblemesh.nothing
+    code = "import bubblemesh; print(bubblemesh.errors.CaseError.exit_code, 'errors' in dir(bubblemesh))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == "2 True\n"
     code = "import bubblemesh, sys; print(sorted({'numpy', 'shapely', 'pydantic'} & set(sys.modules)))"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "[]\n"
+
+
+def test_a_result_is_shown_in_a_line():
+    text = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.2\n"
+    result = bubblemesh.mesh_case(bubblemesh.load_case("-", text=text))
+    assert repr(result) == f"<Result: {result.mesh!r}, mean quality {result.report['quality']['mean']:.3f}>"
 
 
 def test_the_interface_does_not_wait_for_libraries_that_few_calls_need():

@@ -58,6 +58,9 @@ class Result:
     speeds: tuple[Floats, ...]
     verdict: BubblemeshError | None = None
 
+    def __repr__(self) -> str:
+        return f"<Result: {self.mesh!r}, mean quality {self.report['quality']['mean']:.3f}>"
+
 
 @record
 class SlicedResult:
