@@ -25,6 +25,7 @@ from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes
+from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
@@ -69,9 +70,7 @@ class Target:
         if self.error is not None and self.nodes is not None:
             raise CaseError(f"{error} and {nodes} exclude each other: give one of them")
         if self.error is not None and not (is_real(self.error) and 0 < self.error < 1):
-            raise CaseError(
-                f"{error}: must be a share of the gradient's norm, between 0 and 1 (found {self.error!r})"
-            )
+            raise CaseError(f"{error}: must be a share of the gradient's norm, between 0 and 1 (found {self.error!r})")
         if self.nodes is not None and not is_whole(self.nodes, 3):
             raise CaseError(f"{nodes}: must be a whole number of at least 3 (found {self.nodes!r})")
 
@@ -127,6 +126,7 @@ def _adapted(
         problem, start = _next_problem(case, domain, solution, estimate, target, seconds)
         wanted = problem.spacing.between(solution.points, solution.triangles)
         expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), wanted)
+    require_triangles_for_parts(problem)
     adaptation = figures | {
         "wanted": target.figures,
         "expected_error": solution.unit * expected,

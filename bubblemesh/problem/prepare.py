@@ -17,6 +17,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
 from bubblemesh.problem.crs import require_one_unit
+from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.fitting import Asked, Fitted, asked_spacing, fitted_to_boundary
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
@@ -50,6 +51,7 @@ def prepare(case: Case) -> Problem:
     problem = prepare_in(domain, request, replace(task_of(case, domain), depth=request.depth), seconds)
     if case.crs is None:
         require_one_unit(case.domain, domain, problem.survey.extremes.minimum)
+    require_triangles_for_parts(problem)
     return problem
 
 

@@ -1,6 +1,7 @@
 """`bubblemesh partition MESH N`, and `--partition N` of the commands on cases."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -76,12 +77,25 @@ def test_a_wrong_number_of_parts_has_its_place(here, value, message):
     assert said == f"error: case.yaml:3: output.partition: {message}\n"
 
 
-def test_more_parts_than_triangles_are_refused_with_the_place(here):
-    code, _, said = command("run", "case.yaml", "-o", "out", "--partition", "100000", "-q")
+@pytest.mark.parametrize("arguments", [["run"], ["run", "--dry-run"], ["check"]])
+def test_many_more_parts_than_triangles_are_refused_before_the_work(here, arguments, monkeypatch):
+    monkeypatch.setattr("bubblemesh.run.pipeline.pack", None)
+    code, _, said = command(*arguments, "case.yaml", "--partition", "100000", "-q")
     assert code == 2
-    assert said.startswith("error: case.yaml: output.partition: a mesh of ")
-    assert said.endswith(" parts, not 100000\n")
+    assert re.match(
+        r"error: --partition: output\.partition: a mesh of about \d\d nodes, .* for each of 100000 parts", said
+    )
+    assert contents(here).keys() == {"case.yaml"}
+
+
+def test_a_few_more_parts_than_triangles_are_refused_with_the_place(here):
+    code, _, said = command("run", "case.yaml", "-o", "out", "--partition", "200", "-q")
+    assert code == 2
+    assert said.startswith("error: --partition: output.partition: a mesh of ")
+    assert said.endswith(" parts, not 200\n")
     assert not (here / "out").exists()
+    (here / "case.yaml").write_text(CASE.replace("3}", "200}"))
+    assert command("run", "case.yaml", "-q")[2].startswith("error: case.yaml:3: output.partition: a mesh of ")
 
 
 def test_so_many_files_are_refused_before_the_work(here):
