@@ -30,6 +30,7 @@ POOR_QUALITY = 0.2
 NODE_TOLERANCE = 0.02  # of a wanted number of nodes
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
+COARSER = 2.0  # times the sizes that a solution asks for: what is more is told
 MANY_TIMES = 1.5  # the nodes of a spacing: what takes more of them is told
 SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
@@ -242,6 +243,19 @@ def low_layers(found: "Sequence[LabelLayers]") -> list[str]:
 def jumps_at_layers(found: "Sequence[LabelLayers] | None") -> list[str]:
     """Warnings of layers beside which triangles are much higher."""
     return [layers.jumping for layers in found or () if layers.jumping is not None]
+
+
+def nodes_of_layers(nodes: int, own: float, scale: float) -> list[str]:
+    """A number of nodes of which layers take so many that sizes beside them are much larger than a solution asks for.
+
+    ``own`` nodes are those of the layers, ``scale`` is that of the spacing with which the number is met.
+    """
+    if scale <= COARSER:
+        return []
+    return [
+        f"the layers take about {own:.0f} of the {nodes} nodes: the spacing beside them is {scale:.3g} times the one "
+        "that the solution asks for with so many: ask for more nodes, or for fewer layers"
+    ]
 
 
 def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None) -> list[str]:

@@ -173,7 +173,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         deviation=found.deviation,
         seconds=seconds,
         peak_memory_mb=peak_memory_mb(),
-        warnings=_told(best, found, done),
+        warnings=_told(best, found, done, adapted=adaptation is not None),
         repairs=repair_rows(problem.domain),
         refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
         budget=None if target is None else NodeTargetRow(target.nodes, best.scale, attempts),
@@ -191,9 +191,9 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
     return SlicedResult(problem, done.mesh, report, best.speeds, why_not)
 
 
-def _told(best: Packing, found: Measured, done: Completed) -> tuple[str, ...]:
+def _told(best: Packing, found: Measured, done: Completed, *, adapted: bool) -> tuple[str, ...]:
     """Warnings of the report: of the case, of its packing, and of the mesh."""
-    problem, target = best.problem, best.problem.node_target
+    problem, target, layers = best.problem, best.problem.node_target, best.problem.rest
     as_many = None if problem.refined or problem.rest else problem.survey.ideal_nodes
     return (
         *problem.warnings,
@@ -202,6 +202,11 @@ def _told(best: Packing, found: Measured, done: Completed) -> tuple[str, ...]:
         *warnings.jumps_at_layers(found.layers),
         *unsteady_ellipses(found.metric),
         *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
+        *(
+            warnings.nodes_of_layers(target.nodes, layers.own_nodes, best.scale)
+            if adapted and target and layers
+            else ()
+        ),
         *warnings.straight_facets(done.straight),
         *([] if best.refined is None else warnings.sharper_corners(best.refined, problem.demands)),
         *([] if done.partition is None else warnings.divided_by_geometry(done.partition)),

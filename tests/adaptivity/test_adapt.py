@@ -198,6 +198,20 @@ def test_the_exact_solution_tells_the_effectivity(plate):
     assert figures["true_error"] == pytest.approx(figures["error"] / figures["effectivity"])
 
 
+@pytest.mark.long
+def test_layers_that_take_most_of_the_nodes_are_told():
+    text = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.25\n"
+    points, triangles = (mesh := bubblemesh.mesh_case(case_of(text)).mesh).points, mesh.triangles
+    solution = bubblemesh.Solution.of(points, triangles, points[:, 0] ** 2)
+    case = case_of(text + "layers: [{on: outer, first: 0.005, until: isotropic}]\n")
+    few, many = (bubblemesh.adapt(case, solution, nodes=nodes).report for nodes in (300, 1500))
+    (told,) = few["warnings"]
+    assert "of the 300 nodes: the spacing beside them is 2.9" in told
+    assert few["spacing"]["mean"] < 0.7
+    assert many["warnings"] == []
+    assert many["spacing"]["mean"] == pytest.approx(1, abs=0.05)
+
+
 @pytest.mark.parametrize("values", [lambda x: x**2, np.ones_like])
 def test_figures_of_an_adaptation_are_plain_numbers(plate, values):
     solution = bubblemesh.Solution.of(plate.points, plate.triangles, values(plate.points[:, 0]))
