@@ -12,7 +12,7 @@ sys.path.insert(0, str(ROOT))  # the generators of pages are no part of the inst
 from bubblemesh import __version__  # noqa: E402
 from docs.make_case_keys import case_keys  # noqa: E402
 from docs.make_command_options import command_options  # noqa: E402
-from docs.make_gallery import gallery  # noqa: E402
+from docs.make_gallery import on_site  # noqa: E402
 
 project = "bubblemesh"
 author = "the bubblemesh authors"
@@ -40,15 +40,20 @@ autodoc_typehints = "none"  # the docstrings give types and shapes
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 
-MADE = {"case": case_keys, "commands": command_options, "gallery": gallery}  # by page: what its second half is made by
+MADE = {  # by page: what it becomes
+    "case": lambda text: f"{text}\n{case_keys()}",
+    "commands": lambda text: f"{text}\n{command_options()}",
+    "gallery": on_site,
+}
+IN_GALLERY = re.compile(r"\]\((?:\.\./)?gallery\.md(#gallery-[\w-]+)\)")  # Sphinx knows a case by its name alone
 LINK = re.compile(r"(?<!!)\[([^\]]+)\]\(([\w./-]+)\)")  # to a page or a file, not into a page
 
 
 def made(_app: Any, page: str, source: list[str]) -> None:
     """Add to a page what is made of the program; links get titles of pages, and none leads out of the site."""
     folder = (DOCS / page).parent
-    text = LINK.sub(lambda link: _link(folder, *link.groups()), source[0])
-    source[0] = f"{text}\n{MADE[page]()}" if page in MADE else text
+    text = LINK.sub(lambda link: _link(folder, *link.groups()), IN_GALLERY.sub(r"](\1)", source[0]))
+    source[0] = MADE[page](text) if page in MADE else text
 
 
 def _link(folder: Path, text: str, target: str) -> str:

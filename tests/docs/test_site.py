@@ -18,7 +18,7 @@ from bubblemesh.cli import app
 from bubblemesh.problem.prepare import prepare
 from docs.make_case_keys import case_keys
 from docs.make_command_options import command_options
-from docs.make_gallery import gallery
+from docs.make_gallery import PAGE, gallery, made, on_site
 
 DOCS = ROOT / "docs"
 TUTORIALS = sorted((DOCS / "tutorials").glob("*.md"))
@@ -132,6 +132,27 @@ def test_the_gallery_has_every_sample():
     cases = re.findall(r"literalinclude\} \.\./(\S+)", text)
     assert len(cases) == len(pictures)
     assert all((ROOT / case).exists() for case in cases)
+
+
+def test_the_file_of_the_gallery_lists_every_sample_for_readers_without_the_site():
+    text = PAGE.read_text(encoding="utf-8")
+    assert text == made(text), "run python docs/make_gallery.py"
+    rows = re.findall(r"<a id=\"gallery-(.+?)\"></a>\[\1\]\(\.\./(\S+?)\) \| (.+?) \| <img src=\"\.\./(\S+?)\"", text)
+    assert len(rows) == len(list((ROOT / "sample_outputs").glob("*.png")))
+    for name, case, shows, picture in rows:
+        assert f"(gallery-{name})=" in on_site(text)
+        assert (ROOT / case).exists()
+        assert (ROOT / picture).exists()
+        assert len(shows.split()) > 3
+    assert "<a id" not in on_site(text)
+
+
+def test_links_to_the_gallery_lead_to_its_cases():
+    there = set(re.findall(r'<a id="(gallery-[\w-]+)"', PAGE.read_text(encoding="utf-8")))
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        assert "](#gallery-" not in text, page
+        assert set(re.findall(r"gallery\.md#(gallery-[\w-]+)", text)) <= there, page
 
 
 @pytest.mark.long
