@@ -19,6 +19,9 @@ def test_every_command_writes_what_it_names(tmp_path):
     figures = re.compile(r"^(?:A|B|[a-z1][a-z1 %/]*?)(?= {2,})", flags=re.M)
     assert figures.findall(shown) == figures.findall(printed)[: len(figures.findall(shown))]
     assert "mean l/d" in figures.findall(shown)
+    for name in ("nodes", "boundary nodes", "triangles", "area", "mean q"):
+        (told,), (there,) = (re.findall(rf"^{name} +([\d.]+) +([\d.]+)", text, flags=re.M) for text in (shown, printed))
+        assert [*map(float, there)] == pytest.approx([*map(float, told)], rel=0.01), name
 
 
 def test_links_and_pictures_lead_to_small_files():
