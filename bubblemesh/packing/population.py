@@ -30,6 +30,7 @@ MANY_NEIGHBOURS = 8
 FEWEST_ON_A_WALL = 3  # of a bubble on a straight wall, that is two triangles with right angles
 CLOSE_ON_A_WALL = 0.92  # spacings
 STRAIGHT = 0.1  # radians that a wall turns by at a bubble
+SHARP = 0.6  # radians that it turns by at a corner with room for one more bubble: at others one would come and go
 WIDEST_CORNER = np.cos(np.radians(80.0))  # two triangles of 45 degrees are better than one with a right angle
 NEAREST_TO_CORNER = 0.6  # spacings that a new bubble keeps
 TOO_NEAR_CORNER = 0.5  # spacings within which one goes; less, so that none comes and goes in turns
@@ -252,7 +253,7 @@ def _turns(net: Net) -> Floats:
 def across_wide_corners(net: Net, gone: Booleans) -> Integers:
     """Edges (k, 2) inside the domain that face too wide an angle at a corner of the boundary.
 
-    A corner at which the boundary goes straight on, as those along cuts, seams and the fronts of layers, is none.
+    One at which the boundary goes nearly straight on is none: cuts, seams, fronts of layers and coasts have many.
     """
     return np.sort(facing_wide_corners(net, gone, lambda at, v: v / net.bubbles.d[at, None]), axis=1)
 
@@ -266,8 +267,8 @@ def facing_wide_corners(net: Net, gone: Booleans, in_spacings: Callable[[Integer
     first = np.argmin(net.triangles, axis=1)
     beside = np.flatnonzero(any_of_rows(net.triangles < corners) & ~any_of_rows(gone[net.triangles]))
     apex, a, b = (net.triangles[beside, (first[beside] + k) % 3] for k in range(3))
-    turning = _turns(net)[apex] >= STRAIGHT
-    apex, a, b = apex[turning], a[turning], b[turning]
+    sharp = _turns(net)[apex] >= SHARP
+    apex, a, b = apex[sharp], a[sharp], b[sharp]
     u, v = (in_spacings(apex, taken(x, end) - taken(x, apex)) for end in (a, b))
     wide = np.einsum("ij,ij->i", u, v) < WIDEST_CORNER * np.hypot(*u.T) * np.hypot(*v.T)
     roomy = np.hypot(*(u + v).T) / 2 > NEAREST_TO_CORNER
