@@ -1,8 +1,9 @@
 """Files that appear together and whole, or not at all, and that a power cut does not take away again."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from os.path import exists, isfile
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -45,6 +46,14 @@ def _culprit(error: OSError, folder: Path) -> Path:
     return folder / path.name if path.parent.name.startswith(_PREFIX) else path
 
 
+def require_room(folder: Path, names: Iterable[str]) -> None:
+    """Check that nothing but files have names of a folder that files are to have; FileError if something has."""
+    for name in names:
+        path = folder / name
+        if exists(path) and not isfile(path):  # noqa: PTH110, PTH113 - the methods of paths fail for too long a name
+            raise FileError(f"cannot write {path}: something that is not a file has this name")
+
+
 @contextmanager
 def existing(folder: Path, lasting: bool) -> Iterator[None]:
     """Make the folder and its parents, and remove those made here, if they are empty, after an exception.
@@ -70,9 +79,7 @@ def existing(folder: Path, lasting: bool) -> Iterator[None]:
 
 def _publish(staging: Path, folder: Path, lasting: bool) -> None:
     names = sorted(path.name for path in staging.iterdir() if path.name != OWNER)
-    for name in names:
-        if (folder / name).exists() and not (folder / name).is_file():
-            raise FileError(f"cannot write {folder / name}: something that is not a file has this name")
+    require_room(folder, names)
     for name in names if lasting else ():
         sync(staging / name)  # before the file has its name: a power cut leaves the old one or the whole new one
     with TemporaryDirectory(prefix=_PREFIX, dir=staging) as kept:

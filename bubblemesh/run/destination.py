@@ -25,6 +25,7 @@ from bubblemesh.meshfiles.formats import (
 )
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields
 from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
+from bubblemesh.meshfiles.transaction import require_room
 from bubblemesh.meshfiles.writing import NO_TABLES, PAGE_FILE, Page, file_names, write_files, write_stream
 from bubblemesh.messages import closest
 from bubblemesh.records import record
@@ -184,8 +185,8 @@ def destination_beside(
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
     that of its ending. A mesh may be written in so many ``slices`` at the most, if all formats can. CaseError if the
     format or the solver is unknown, or the format is not that of the file's ending, has no form for the order of the
-    triangles, or would be too many files; FileError if a file would be written twice, or one of the inputs be
-    overwritten.
+    triangles, or would be too many files; FileError if a file would be written twice, one of the inputs be
+    overwritten, or something that is not a file has a name to write.
     """
     asked, output = options.formats, options.output
     formats = _distinct(asked or keys.formats)
@@ -206,6 +207,7 @@ def destination_beside(
         own, file = split(realpath(path))  # a link that has the name of a file to write is replaced by it
         if file in names and own == realpath(folder):
             raise FileError(f"{path}: the results would overwrite this file: give another name by -o")
+    require_room(folder, names)
     return place
 
 

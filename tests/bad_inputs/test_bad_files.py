@@ -155,6 +155,18 @@ def test_a_place_that_cannot_be_written(here, output, text):
     assert contents(here) == before
 
 
+@pytest.mark.parametrize("name", ["case.msh", "case.xdmf", "case.report.json"])
+def test_what_is_in_the_way_of_a_file_is_told_before_the_work(here, monkeypatch, name):
+    monkeypatch.setattr("bubblemesh.run.pipeline.prepare", None)
+    (here / "case.yaml").write_text(SMALL)
+    (here / "full" / name).mkdir(parents=True)
+    code, _, message = command("run", "case.yaml", "-q", "-o", "full/")
+    assert (code, message) == (
+        5,
+        f"error: cannot write full/{name}: something that is not a file has this name\n",
+    )
+
+
 def test_a_missing_folder_is_made(here):
     (here / "case.yaml").write_text(SMALL)
     assert command("run", "case.yaml", "-q", "-o", "a/b/c/") == (0, "", "")
