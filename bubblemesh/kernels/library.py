@@ -2,8 +2,10 @@
 
 import ctypes
 import os
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,33 @@ VERSION = 25  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
+# What each function takes: i a whole number, d a number, and the letters of `ARRAYS` for arrays.
+SIGNATURES = {
+    "anneal": "iiIiIiHiIDDiBDDdDdiDiDDiiDII",
+    "bulge_distances": "iDIDidD",
+    "descend": "iiiiiIIDdddDDdddDiD",
+    "enclose": "iiUiIII",
+    "guarded_move": "iiIDDdD",
+    "hilbert_index": "iIiI",
+    "interpolate": "iDdddddiIIDIDD",
+    "legalise_triangles": "iiIiIHDDiIiIHIII",
+    "metric_anneal": "iiIiIDDDiBiDDiiiddddddiddII",
+    "metric_flips": "iiIDDiIiddII",
+    "metric_relax": "iiIiIDDiiddddddD",
+    "metric_smooth": "iiIDDDDDDDDiIidddddi",
+    "nearest_chords": "iDiiiDDDIIdI",
+    "order_triangles": "iiIIII",
+    "pair_forces": "iiIDDdDD",
+    "pairs_within": "iDDdiII",
+    "ranks": "iIiIiI",
+    "refine_triangles": "iiIiIIIIII",
+    "relax": "iiIDDdDiDdiDD",
+    "separate_patches": "iiIiIBiiBII",
+    "shape_measures": "iDID",
+    "spread": "iIDiDdi",
+}
+NUMBERS: dict[str, Callable[[Any], object]] = {"i": ctypes.c_int64, "d": ctypes.c_double}
+ARRAYS = {"B": np.bool_, "D": np.float64, "H": np.int32, "I": np.int64, "U": np.uint32}
 
 Argument = Booleans | Floats | Integers | ShortIntegers | NDArray[np.uint32] | int | float
 
@@ -34,22 +63,30 @@ class Library:
     def call(self, name: str, *arguments: Argument) -> None:
         """Call a function with contiguous arrays of the types that it takes, and numbers; other threads may run.
 
-        MemoryError where it has too little memory.
+        MemoryError where it has too little memory; TypeError or ValueError for arguments that it does not take, which
+        would have it read or write what is not theirs.
         """
-        if getattr(self._functions, name)(*map(_as_c, arguments)):
+        given = [take(argument) for take, argument in zip(_takers(name), arguments, strict=True)]
+        if getattr(self._functions, name)(*given):
             raise MemoryError
 
 
-def _as_c(argument: Argument) -> object:
-    if isinstance(argument, np.ndarray):
-        # A view of the array's buffer takes a quarter of the time of its address, but has to be of one to write to.
-        try:
-            return _VIEW.from_buffer(argument.data)
-        except TypeError:
-            if not argument.flags.c_contiguous:
-                raise ValueError("kernels take contiguous arrays") from None
-            return argument.ctypes.data_as(ctypes.c_void_p)  # which keeps the array, as a view does
-    return ctypes.c_double(argument) if isinstance(argument, float) else ctypes.c_int64(argument)
+@cache
+def _takers(name: str) -> list[Callable[[Any], object]]:
+    """Functions from the arguments of a function to what C takes for them."""
+    return [NUMBERS.get(letter) or partial(_array, np.dtype(ARRAYS[letter])) for letter in SIGNATURES[name]]
+
+
+def _array(dtype: np.dtype[Any], argument: NDArray[Any]) -> object:
+    if argument.dtype != dtype:
+        raise TypeError(f"kernels take an array of {dtype} here (found {argument.dtype})")
+    # A view of the array's buffer takes a quarter of the time of its address, but has to be of one to write to.
+    try:
+        return _VIEW.from_buffer(argument.data)
+    except TypeError:
+        if not argument.flags.c_contiguous:
+            raise ValueError("kernels take contiguous arrays") from None
+        return argument.ctypes.data_as(ctypes.c_void_p)  # which keeps the array, as a view does
 
 
 @cache

@@ -39,7 +39,7 @@ class Descent(NamedTuple):
         places, sizes = np.array(x, order="C"), (len(d), len(triangles), len(edges), fixed, sliding)
         rows = np.ascontiguousarray(triangles), np.ascontiguousarray(edges)
         given = d, FLATTEST, WORST, SHORTEST, scale, most
-        way = float(weight), float(momentum), float(step), np.ascontiguousarray(tangents), steps
+        way = weight, momentum, step, np.ascontiguousarray(tangents), steps
         compiled.call("descend", *sizes, *rows, *given, *way, places)
         return places
 

@@ -1,6 +1,8 @@
 import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +10,9 @@ from twins import needs_compiler
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.kernels import library as kernels
+from bubblemesh.kernels.shapes import Descent
+
+TRIANGLES = np.array([[0, 1, 2]])
 
 
 @pytest.fixture(autouse=True)
@@ -60,10 +65,44 @@ def test_a_library_that_is_broken_is_told(tmp_path):
         kernels.Library(str(tmp_path / "_compiled.so"))
 
 
+def test_the_signatures_are_those_of_the_sources():
+    letters = {"int64_t": "i", "double": "d"}
+    arrays = {"int64_t*": "I", "double*": "D", "char*": "B", "int32_t*": "H", "uint32_t*": "U"}
+    sources = Path(kernels.__file__).parent / "source"
+    found = {}
+    for source in sources.glob("*.c"):
+        for name, given in re.findall(r"^KERNEL int64_t (\w+)\(([^)]*)\)", source.read_text(), re.MULTILINE):
+            types = [re.sub(r"const |\s|\w+$", "", one.strip()) for one in given.split(",")]
+            found[name] = "".join((letters | arrays)[kind] for kind in types)
+    assert found == kernels.SIGNATURES
+
+
 @needs_compiler
-def test_arrays_that_are_not_contiguous_never_reach_the_library():
-    with pytest.raises(ValueError, match="contiguous"):
-        kernels.library().call("spread", 0, np.zeros((4, 4))[:, 1])
+@pytest.mark.parametrize(
+    ("arguments", "error", "match"),
+    [
+        ((1, np.zeros((6, 2))[::2], TRIANGLES, np.zeros(1)), ValueError, "contiguous"),
+        ((1, np.zeros((3, 2), np.float32), TRIANGLES, np.zeros(1)), TypeError, r"float64 here \(found float32\)"),
+        ((1, np.zeros((3, 2)), TRIANGLES.astype(np.int32), np.zeros(1)), TypeError, r"int64 here \(found int32\)"),
+        ((1.5, np.zeros((3, 2)), TRIANGLES, np.zeros(1)), TypeError, "int"),
+        ((1, np.zeros((3, 2)), TRIANGLES), ValueError, "shorter"),
+    ],
+)
+def test_what_a_function_does_not_take_never_reaches_it(arguments, error, match):
+    with pytest.raises(error, match=match):
+        kernels.library().call("shape_measures", *arguments)
+
+
+@needs_compiler
+def test_whole_numbers_are_numbers_too():
+    x, weights = np.random.default_rng(0).uniform(size=(3, 2)), (2, 2.0)
+    edges, of_three, none = np.array([[0, 1], [0, 2], [1, 2]]), np.ones(3), np.zeros((0, 2))
+    moved = [
+        Descent(TRIANGLES, edges, of_three, of_three, of_three, 0, 0, weight, 0.5, 0.01).moved(x, none, 3)
+        for weight in weights
+    ]
+    np.testing.assert_array_equal(*moved)
+    assert (moved[0] != x).any()
 
 
 @needs_compiler

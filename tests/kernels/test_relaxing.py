@@ -50,10 +50,10 @@ def test_both_engines_have_the_same_forces_to_the_last_bit(seed, monkeypatch):
 
 
 def test_too_little_memory_is_an_error_and_no_crash():
-    none = np.zeros(0)
+    none, ends = np.zeros(0), np.zeros(0, np.int64)
     with pytest.raises(MemoryError):
-        kernels.library().call("relax", 1 << 57, 0, none, none, none, 1.5, none, 0, none, 0.5, 0, none, none)
+        kernels.library().call("relax", 1 << 57, 0, ends, none, none, 1.5, none, 0, none, 0.5, 0, none, none)
     with pytest.raises(MemoryError):
-        kernels.library().call("pair_forces", 1 << 57, 0, none, none, none, 1.5, none, none)
+        kernels.library().call("pair_forces", 1 << 57, 0, ends, none, none, 1.5, none, none)
     with pytest.raises(MemoryError):
-        kernels.library().call("pairs_within", 1 << 57, none, none, 1.5, 0, none, none)
+        kernels.library().call("pairs_within", 1 << 57, none, none, 1.5, 0, ends, ends)
