@@ -277,7 +277,7 @@ class OpenPath:
 
     @property
     def name(self) -> str:
-        """What messages call it: the label that all of its sides have, or its own, and where it comes from."""
+        """Name in messages: the label that all sides have, or that of the line, and where it comes from."""
         labels = {side.label or self.label for side in self.sides}
         label = labels.pop() if len(labels) == 1 else self.label
         return f"{label!r}" if self.origin is None else f"{label!r} ({self.origin})"

@@ -112,6 +112,11 @@ def given_bounds(domain: Domain) -> tuple[float, float, float, float]:
     return x0, y0, x1, y1
 
 
+def given_system(domain: Domain) -> str | None:
+    """System of the coordinates that were given, if they were taken to a plane."""
+    return None if domain.plane is None else domain.plane.source
+
+
 def require_given(bounds: Sequence[float], domain: Domain) -> None:
     """Check that the box (x0, y0, x1, y1) of data can be one of longitudes and latitudes, if those were given.
 

@@ -22,7 +22,7 @@ from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, require_positive_definite
 from bubblemesh.meshfiles.metric import read_metric
 from bubblemesh.messages import place, two_places
-from bubblemesh.problem.crs import bound_in, given_bounds, require_given
+from bubblemesh.problem.crs import bound_in, given_bounds, given_system, require_given
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.files import own_files
 from bubblemesh.readers.grids import Box
@@ -160,7 +160,7 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[s
     """The metric in three rasters of a file, with notes; errors as of `_read`."""
     if model.name is not None:
         raise CaseError(f"name: the rasters of {model.file} are m11, m12 and m22: leave name out")
-    box, system = given_bounds(domain), None if domain.plane is None else domain.plane.source
+    box, system = given_bounds(domain), given_system(domain)
     found, notes = rasters_in(model.file, model.bounds, ENTRIES, box, system)
     first = found[0]
     with prefixed(model.file):

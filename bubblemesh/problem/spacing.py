@@ -26,7 +26,15 @@ from bubblemesh.geometry.distance.distances import (
 )
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
-from bubblemesh.problem.crs import GivenPlaces, bound_in, given_bounds, on_the_ground, require_given, terms_in
+from bubblemesh.problem.crs import (
+    GivenPlaces,
+    bound_in,
+    given_bounds,
+    given_system,
+    on_the_ground,
+    require_given,
+    terms_in,
+)
 from bubblemesh.problem.files import own_files
 from bubblemesh.records import record
 from bubblemesh.spacing.expression import Expression, Rasters
@@ -181,7 +189,7 @@ def _variables(
         return {}, ()
     from bubblemesh.problem.data_terms import raster_variables
 
-    return raster_variables(terms, given_bounds(domain), names, _system(domain))
+    return raster_variables(terms, given_bounds(domain), names, given_system(domain))
 
 
 def _deep(keys: DepthKeys, domain: Domain, rasters: Rasters, name: str) -> Deep:
@@ -249,17 +257,12 @@ def _data(
     from bubblemesh.problem.data_terms import data_functions, elsewhere
 
     box = given_bounds(domain)
-    found, notes = data_functions(terms, box, _system(domain), variables)
+    found, notes = data_functions(terms, box, given_system(domain), variables)
     for key, data in found.items():
         with at_key(*key):
             require_given(data.bounds, domain)
     astray = (elsewhere(key, data, box) for key, data in found.items())
     return found, (*notes, *filter(None, astray))
-
-
-def _system(domain: Domain) -> str | None:
-    """System of the coordinates that were given, if they were taken to a plane."""
-    return None if domain.plane is None else domain.plane.source
 
 
 def within_limits(
