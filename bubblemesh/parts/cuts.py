@@ -13,6 +13,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.messages import place
+from bubblemesh.parts.landings import Landings
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.spacing import Spacing
@@ -31,6 +32,7 @@ OBLIQUE = 60.0  # more for one at no angle at all
 NEAR = 40.0  # a corner, or a node's distance from a wall that runs along
 CLEAR = 4.0  # spacings: what is farther is not near
 NEXT = 1.0  # spacings: bubbles on a wall that are nearer are too near
+EVEN = 0.7  # least work of a cell on one side of a cut, of that of one on the other, after it was moved
 UNEVEN = 2.0  # per bubble of a perfect cut, and share of the work that is off
 TOUCHING = 1e-6  # of a cut's length: it meets what is so near to its ends
 ASIDE = 8  # times what is taken for a slip, in which a cut is moved away from corners
@@ -106,6 +108,14 @@ class _Choice(NamedTuple):
     angle: float
     length: float  # estimated, in bubbles
     off: float  # share of the work on the wrong side
+    through: Floats = np.zeros((0, 2))  # (k, 2): bubbles on walls and lines that it runs through
+
+
+class _Met(NamedTuple):
+    """Chords that a line crosses."""
+
+    chord: Integers  # (k,): their numbers
+    at: Floats  # (k, 2): where
 
 
 class _Cutter:
@@ -113,11 +123,13 @@ class _Cutter:
         self.spacing = spacing
         chords = domain.boundary.chords()
         self._chords = np.stack([chords.start, chords.end], axis=1)
+        self._walls = len(chords.start)  # the chords after these are cuts
         self._corners = domain.boundary.corners
         self._sizes = spacing.extended(self._corners)
         self._area = domain.polygon
         self._domain = domain
         self._copies = np.zeros((0, 2))  # on periodic sides, of where cuts meet the other ones
+        self._landings = Landings.of(domain, spacing)
 
     def cuts(self, samples: Leaves, cells: int, expected_nodes: float) -> Cuts:
         """The tree of cuts."""
@@ -172,7 +184,20 @@ class _Cutter:
             where = place(piece.polygon.mean(axis=0))
             with at_key("parts"):
                 raise CaseError(f"around {where} are too few nodes for {piece.cells} parts: ask for fewer")
-        return self._matched(piece, self._clear(min(choices, key=lambda choice: self._cost(piece, choice))))
+        best = min(choices, key=lambda choice: self._cost(piece, choice))
+        landed = self._landed(piece, best)
+        return self._matched(piece, landed if self._clearance(landed) == 0 else _aside(best, self._clearance(best)))
+
+    def _landed(self, piece: _Piece, choice: _Choice) -> _Choice:
+        """The cut moved and turned a little, to meet walls and lines at bubbles that they have without it."""
+        met = self._met(np.array(_divided(piece.polygon, choice)[2]))
+        way = np.array([np.cos(choice.angle), np.sin(choice.angle)])
+        landing = self._landings.near(np.array(choice.at), way, met.at[met.chord < self._walls])
+        if landing is None:
+            return choice
+        turned = choice.angle + float(np.arctan(landing.slope))
+        landed = choice._replace(at=as_point(landing.through[0]), angle=turned, through=landing.through)
+        return landed if _still_even(piece, landed) else choice
 
     def _matched(self, piece: _Piece, choice: _Choice) -> _Choice:
         """The cut moved to the nearest counterpart of another one's end on a periodic side, if that is next to it.
@@ -187,12 +212,12 @@ class _Cutter:
         nearest = away.argmin()
         return _aside(choice, float(off[nearest])) if away[nearest] <= NEXT else choice
 
-    def _clear(self, choice: _Choice) -> _Choice:
-        """The cut moved aside until it passes no corner so near that this might be a slip."""
+    def _clearance(self, choice: _Choice) -> float:
+        """How far a cut has to move aside to pass no corner, but those on its way, so near that it might be a slip."""
         near = ASIDE * NEARLY * self._domain.size
-        off = _offset(self._corners, choice.at, choice.angle)
-        shift = next(k * near for k in range(len(off) + 2) if (np.abs(off - k * near) > near / 2).all())
-        return _aside(choice, shift)
+        others = self._corners[~(self._corners[:, None] == choice.through).all(axis=2).any(axis=1)]
+        off = _offset(others, choice.at, choice.angle)
+        return next(k * near for k in range(len(off) + 2) if (np.abs(off - k * near) > near / 2).all())
 
     def _cost(self, piece: _Piece, choice: _Choice) -> float:
         """Bubbles along a cut, and what its crossings and what is near it are worth."""
@@ -207,19 +232,22 @@ class _Cutter:
 
     def _crossings(self, ends: Floats) -> float:
         """Cost of a line's crossings between its ends (2, 2), by their angles; the line ends at earlier cuts."""
-        (ux, uy) = way = ends[1] - ends[0]
+        way, other = ends[1] - ends[0], np.diff(self._chords[self._met(ends).chord], axis=1)[:, 0]
+        cosine = np.abs(other @ way) / (np.hypot(*other.T) * np.hypot(*way))
+        return float((CROSSING + OBLIQUE * cosine**2).sum())
+
+    def _met(self, ends: Floats) -> _Met:
+        """The chords that a line crosses between its ends (2, 2), or there."""
+        (ux, uy) = ends[1] - ends[0]
         ax, ay = ends[0]
-        chords = self._chords
-        side = ux * (chords[..., 1] - ay) - uy * (chords[..., 0] - ax)
-        across = side[:, 0] * side[:, 1] < 0
-        crossed, side = chords[across], side[across]
+        side = ux * (self._chords[..., 1] - ay) - uy * (self._chords[..., 0] - ax)
+        across = np.flatnonzero(side[:, 0] * side[:, 1] < 0)
+        crossed, side = self._chords[across], side[across]
         share = side[:, :1] / (side[:, :1] - side[:, 1:])
         at = crossed[:, 0] + share * (crossed[:, 1] - crossed[:, 0])
         along = ((at - ends[0]) @ (ux, uy)) / (ux * ux + uy * uy)
         within = (along > -TOUCHING) & (along < 1 + TOUCHING)
-        other = (crossed[:, 1] - crossed[:, 0])[within]
-        cosine = np.abs(other @ way) / (np.hypot(*other.T) * np.hypot(ux, uy))
-        return float((CROSSING + OBLIQUE * cosine**2).sum())
+        return _Met(across[within], at[within])
 
     def _near(self, ends: Floats) -> float:
         """Cost of the corners near a line between its ends (2, 2)."""
@@ -267,6 +295,15 @@ def _divides(corners: Floats, choice: _Choice) -> bool:
     """Whether corners (k, 2) of a convex polygon are on both sides of a cut."""
     left = _offset(corners, choice.at, choice.angle) > 0
     return bool(left.any() and not left.all())
+
+
+def _still_even(piece: _Piece, choice: _Choice) -> bool:
+    """Whether a cut that was moved divides the work of a piece about as evenly among its cells as one that was not."""
+    work = piece.samples.sides**2 / piece.samples.d**2
+    left = _offset(piece.samples.centers, choice.at, choice.angle) > 0
+    few = piece.cells // 2
+    each = np.array([work[left].sum() / few, work[~left].sum() / (piece.cells - few)])
+    return bool(_divides(piece.polygon, choice) and each.min() >= EVEN * each.max())
 
 
 def _divided(corners: Floats, choice: _Choice) -> tuple[Floats, Floats, tuple[Point, Point]]:

@@ -1,11 +1,12 @@
 """The division of a domain by cuts into parts, each a domain of its own whose bubbles along the cuts are set."""
 
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.partition import clipped, probes, without_doubles
@@ -53,6 +54,12 @@ class Division:
         """Mask (p,) of the pieces between two cells: those of cuts, and what else runs along them."""
         return self.boundary.inner & (self.left != self.right)
 
+    @cached_property
+    def ends(self) -> Integers:
+        """Corners (e,) at which cuts meet each other, the boundary, or inner lines, in ascending order."""
+        cuts, fresh = self.origin < 0, np.arange(len(self.whole.boundary.corners), len(self.boundary.corners))
+        return each_once(np.concatenate([self.boundary.start[cuts], self.boundary.end[cuts], fresh]))
+
     def part(self, cell: int) -> tuple[Domain, Places]:
         """The domain of one cell, and where its corners and pieces are in the division."""
         boundary, inner, between = self.boundary, self.boundary.inner, self.on_cut
@@ -70,7 +77,7 @@ class Division:
         pieces = mine[order]
         back = turned[pieces]
         domain = Domain(small, held=self._held(pieces, back))
-        ends = np.flatnonzero(corners >= len(self.whole.boundary.corners))
+        ends = np.flatnonzero(np.isin(corners, self.ends))
         left, right = boundary.left[pieces], boundary.right[pieces]
         sides = np.where(back, right, left), np.where(back, left, right)
         return domain, Places(corners, pieces, back, between[pieces], ends, *sides)

@@ -73,7 +73,7 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
     place[node[order]] = np.arange(len(order))
     touched = np.zeros(len(order), bool)
     bubbles = Bubbles(x[order], spacing.extended(x[order]), number[slides], s[slides], int(kept.sum()), touched)
-    ends, on_cut = place[node[corner & ~kept]], place[node[held][division.on_cut[piece[held]]]]
+    ends, on_cut = place[division.ends], place[node[held][division.on_cut[piece[held]]]]
     loose = slides & corner
     loose[loose] = ~whole.tied[number[loose]]
     net = unconnected(bubbles, whole)

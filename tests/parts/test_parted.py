@@ -20,9 +20,11 @@ from twins import needs_compiler
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.parts import seams
 from bubblemesh.parts.cuts import cut
 from bubblemesh.parts.division import divided
+from bubblemesh.parts.landings import Landings
 from bubblemesh.parts.parted import PER_PART, enough_parts
 from bubblemesh.parts.work import Deadline, alone
 from bubblemesh.problem.prepare import prepare
@@ -333,6 +335,57 @@ def test_cuts_keep_off_corners_that_are_nearly_on_them():
         start, end = np.array(line.vertices)
         (ux, uy), (dx, dy) = (end - start) / np.hypot(*(end - start)), (outline - start).T
         assert np.abs(ux * dy - uy * dx).min() > near
+
+
+@pytest.mark.parametrize("name", ["SQUARE", "SPLINE", "HOLES"])
+def test_a_cut_leaves_walls_the_bubbles_that_they_have_without_it(name):
+    text = CASES.get(name, f"\ndomain: {{outer: {SQUARE}}}\nspacing: 0.083 + 0.02*x*y\n")
+    problem, cuts, division = division_of(text, 2)
+    there = boundary_bubbles(problem.domain, problem.packing_spacing).x
+    parts = [division.part(cell)[0] for cell in range(2)]
+    (x0, y0), (x1, y1) = cuts.lines[0].vertices
+    for part in parts:
+        here = boundary_bubbles(part, problem.packing_spacing).x
+        here = here[np.abs((x1 - x0) * (here[:, 1] - y0) - (y1 - y0) * (here[:, 0] - x0)) > 1e-9]  # beside the cut
+        away = np.hypot(*(here[:, None] - there).transpose(2, 0, 1)).min(axis=1)
+        assert away.max() < 0.02 * problem.survey.extremes.minimum
+
+
+def test_a_cut_passes_sharp_corners_by_also_where_it_runs_through_others():
+    """Mirrored corners lie on the same lines as bubbles elsewhere: no two nodes may come next to each other."""
+    turn = np.linspace(0, 2 * np.pi, 96, endpoint=False)
+    radii = np.where(np.arange(96) // 2 % 2 == 0, 1.0, 0.8)
+    ring = np.column_stack([radii * np.cos(turn), radii * np.sin(turn)]).tolist()
+    for parts in range(2, 8):
+        result = mesh_case(case(f"domain: {{outer: {{polygon: {ring}}}}}\nspacing: 0.06\n", parts))
+        check_mesh(result.mesh)
+        assert result.report["quality"]["min"] > 0.5
+
+
+def test_the_line_that_lands_best_is_found():
+    """Against every line through two bubbles or one, whose crossings are counted one by one."""
+    random = np.random.default_rng(3)
+    for _ in range(20):
+        walls = np.arange(4.0)  # upright, crossed at their height 0
+        shift = random.uniform(0, 0.1, 4)
+        x = np.array([(wall, k / 10 + off) for wall, off in zip(walls, shift, strict=True) for k in range(-5, 5)])
+        crossings = np.column_stack([walls, np.zeros(4)])
+        near = x[np.abs(x[:, 1]) <= 0.1]
+        found = Landings(x, np.full(len(x), 0.1)).near(np.zeros(2), np.array([1.0, 0.0]), crossings)
+
+        def missed(at, slope, near=near, walls=walls):
+            heights = at[1] + slope * (walls - at[0])
+            off = [np.abs(near[near[:, 0] == wall, 1] - y).min() for wall, y in zip(walls, heights, strict=True)]
+            return np.minimum(off, 0.05).sum()
+
+        best = min(
+            missed(a, slope)
+            for a in near
+            for slope in [0.0, *((b[1] - a[1]) / (b[0] - a[0]) for b in near if b[0] > a[0])]
+            if abs(slope) < 0.05
+        )
+        assert missed(found.through[0], found.slope) == pytest.approx(best, abs=1e-9)
+        assert 1 <= len(found.through) <= 4
 
 
 def test_cuts_that_meet_periodic_sides_at_nearly_the_same_height_meet_them_at_the_same():
