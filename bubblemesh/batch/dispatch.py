@@ -1,16 +1,17 @@
 """Cases go to workers, wherever these are, and come back."""
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
-from time import sleep
+from typing import Any
 
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job, Outcome, mesh_job
-from bubblemesh.workers.workers import ATTEMPTS, LEFT, RECALLS, TICK, WorkerDied, Workers, problem_of, wait_for_any
+from bubblemesh.workers.supervision import Ended, failure, supervised
+from bubblemesh.workers.workers import Workers
 
 
 class Progress:
@@ -34,46 +35,41 @@ class Progress:
 
 def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> Iterator[tuple[Entry, Outcome]]:
     """Keep the workers busy, and give the outcome of each case as it ends; FileError if they are out of reach."""
-    left: deque[tuple[Entry, Job | None]] = deque((entry, None) for entry in entries)
-    running: dict[Future[Outcome], tuple[Entry, Job]] = {}
-    # How often each case was given out, how often of these in vain, and a worker has begun it.
-    submitted, recalled, begun = Counter[int](), Counter[int](), Counter[int]()
-    missing: str | None = None
-    while left or running:
-        capacity, before, missing = workers.capacity(), missing, workers.missing()
-        if missing and not before:
-            progress.wait(missing)
-        for message in workers.refused():
-            progress.refuse(message)
-        while left and len(running) < capacity:
-            entry, known = left.popleft()
-            job = known or entry.job()
-            if isinstance(job, Job):
-                submitted[job.number] += 1
-                running[workers.submit(mesh_job, job, workers.tell)] = entry, job
-            else:
-                yield entry, Outcome(job)
-        if left and not running:
-            sleep(TICK)
-        ended = wait_for_any(running)
+    begun = Counter[int]()  # how often a worker has begun each case
+
+    def look() -> None:
         for _ in range(workers.notes.qsize()):
             number, finished_rounds, nodes = workers.notes.get()
             begun[number] += finished_rounds == 0
             progress.note(number, finished_rounds, nodes)
-        for future in ended:
-            entry, job = running.pop(future)
-            problem = problem_of(future, workers)
-            recalled[job.number] += problem is LEFT
-            times = submitted[job.number] - recalled[job.number]
-            attempts = max(times, begun[job.number])  # a cluster tries again by itself
-            if isinstance(problem, WorkerDied) and attempts < ATTEMPTS and recalled[job.number] < RECALLS:
-                left.appendleft((entry, job))
-                continue
-            outcome = future.result() if problem is None else Outcome(_failed(job.row, problem, workers, times))
-            yield entry, replace(outcome, row=replace(outcome.row, attempts=attempts))
+
+    all_ended = supervised(
+        workers,
+        ((entry, entry.job()) for entry in entries),
+        lambda given: _submitted(workers, given[1]),
+        on_wait=progress.wait,
+        on_refuse=progress.refuse,
+        on_look=look,
+        tried=lambda given: begun[given[1].number] if isinstance(given[1], Job) else 0,
+    )
+    for ended in all_ended:
+        entry, job = ended.job
+        if isinstance(job, Row):
+            yield entry, Outcome(job)
+            continue
+        outcome = ended.future.result() if ended.problem is None else Outcome(_failed(job.row, ended, workers))
+        yield entry, replace(outcome, row=replace(outcome.row, attempts=ended.attempts))
 
 
-def _failed(row: Row, problem: BaseException, workers: Workers, times: int) -> Row:
-    code, words = workers.failure(problem)
-    attempts = f" (in each of {times} attempts)" if times > 1 else ""
-    return row.failed(code, f"{row.source}: {words}{attempts}")
+def _submitted(workers: Workers, job: Job | Row) -> Future[Outcome]:
+    """The outcome of a case that a worker meshes, or of one that has its row without that."""
+    if isinstance(job, Job):
+        return workers.submit(mesh_job, job, workers.tell)
+    done = Future[Outcome]()
+    done.set_result(Outcome(job))
+    return done
+
+
+def _failed(row: Row, ended: Ended[Any, Outcome], workers: Workers) -> Row:
+    code, words = failure(ended, workers)
+    return row.failed(code, f"{row.source}: {words}")

@@ -1,21 +1,18 @@
 """Workers that pack the parts of one mesh."""
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
-from time import sleep
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 
 from bubblemesh.errors import BubblemeshError, FileError, LimitError, prefixed
 from bubblemesh.workers.hire import Hire
-from bubblemesh.workers.workers import ATTEMPTS, RECALLS, TICK, WorkerDied, Workers, problem_of, wait_for_any
+from bubblemesh.workers.supervision import Ended, failure, supervised
+from bubblemesh.workers.workers import Workers
 
 if TYPE_CHECKING:  # or workers could not start before all that packs is loaded here, too
     from bubblemesh.parts.work import Crew, Job
 
 T = TypeVar("T")
-Given = tuple[int, "Job"]  # with its number
 MANY = 1 << 30  # workers: whoever hires them knows how many there can be
 
 
@@ -48,40 +45,20 @@ def called(
     What the function raises is raised here; LimitError or another for a job that takes a worker with it each time,
     FileError if the workers are out of reach.
     """
-    left, again = enumerate(jobs), list[Given]()
-    following: Given | None = next(left, None)
-    running = dict[Future[Answer[T]], Given]()
-    # How often each job was given to a worker that died, and to one that left.
-    attempts, recalls = Counter[int](), Counter[int]()
-    missing: str | None = None
-    while following or again or running:
-        capacity, before, missing = workers.capacity(), missing, workers.missing()
-        for message in [*([missing] if missing and not before else []), *workers.refused()]:
-            warn(message)
-        while len(running) < capacity and (again or following):
-            if again:
-                given = again.pop()
-            elif following:
-                given, following = following, next(left, None)
-            running[workers.submit(answer, function, *given[1].arguments)] = given
-        if not running:
-            sleep(TICK)
-        ended = wait_for_any(running)
-        for future in ended:
-            number, job = running.pop(future)
-            problem = problem_of(future, workers)
-            if problem is None:
-                with prefixed(job.what):
-                    result = future.result().get()
-                yield number, result
-                continue
-            left_it = future in workers.recalled
-            recalls[number] += left_it
-            attempts[number] += not left_it
-            if not isinstance(problem, WorkerDied) or attempts[number] >= ATTEMPTS or recalls[number] >= RECALLS:
-                with prefixed(job.what):
-                    raise _as_ours(problem, workers, attempts[number])
-            again.append((number, job))
+    all_ended = supervised(
+        workers,
+        enumerate(jobs),
+        lambda given: workers.submit(answer, function, *given[1].arguments),
+        on_wait=warn,
+        on_refuse=warn,
+    )
+    for ended in all_ended:
+        number, job = ended.job
+        with prefixed(job.what):
+            if ended.problem is not None:
+                raise _as_ours(ended, workers)
+            result = ended.future.result().get()
+        yield number, result
 
 
 class Answer(NamedTuple, Generic[T]):
@@ -105,10 +82,10 @@ def answer(function: Callable[..., T], *arguments: object) -> Answer[T]:
         return Answer(None, error)
 
 
-def _as_ours(problem: BaseException, workers: Workers, attempts: int) -> BaseException:
+def _as_ours(ended: Ended[Any, Any], workers: Workers) -> BaseException:
     """Error of the package for a problem of the workers."""
-    if isinstance(problem, BubblemeshError):
-        return problem
-    code, words = workers.failure(problem)
+    if isinstance(ended.problem, BubblemeshError):
+        return ended.problem
+    code, words = failure(ended, workers)
     kind = {error.exit_code: error for error in (FileError, LimitError)}.get(code, BubblemeshError)
-    return kind(f"{words}{f' (in each of {attempts} attempts)' if attempts > 1 else ''}")
+    return kind(words)
