@@ -93,24 +93,26 @@ KERNEL int64_t nearest_chords(int64_t n, const double *places, int64_t count, in
     for (k = 0; k < n; k++) {
         double x = places[2 * k], y = places[2 * k + 1];
         Found found = {INFINITY, INT64_MAX};
-        int64_t stack[DEPTH], depth = 0, node;
+        int64_t stack[DEPTH], depth = 0, node, up, best = last;
         look_at(&runs, last, x, y, squared, &found); /* places mostly lie near to the one before */
-        stack[depth++] = 1;
-        while (depth > 0) {
-            node = stack[--depth];
-            if (from_box(boxes + 4 * node, x, y) > found.squared * slack)
-                continue;
-            if (node < leaves) {
-                double left = from_box(boxes + 8 * node, x, y), right = from_box(boxes + 8 * node + 4, x, y);
-                stack[depth++] = 2 * node + (left < right); /* the farther one waits below the nearer one */
-                stack[depth++] = 2 * node + !(left < right);
-            } else if (node - leaves < count) {
-                int64_t run = node - leaves, before = found.chord;
-                if (from_rectangle(rectangles + 6 * run, x, y) <= found.squared * slack)
-                    look_at(&runs, run, x, y, squared, &found);
-                last = found.chord == before ? last : run;
+        for (up = leaves + last; up > 1; up /= 2) {  /* so the search goes up from there, to what is beside */
+            stack[depth++] = up ^ 1;
+            while (depth > 0) {
+                node = stack[--depth];
+                if (from_box(boxes + 4 * node, x, y) > found.squared * slack)
+                    continue;
+                if (node < leaves) {
+                    stack[depth++] = 2 * node + 1;
+                    stack[depth++] = 2 * node;
+                } else if (node - leaves < count) {
+                    int64_t run = node - leaves, before = found.chord;
+                    if (from_rectangle(rectangles + 6 * run, x, y) <= found.squared * slack)
+                        look_at(&runs, run, x, y, squared, &found);
+                    best = found.chord == before ? best : run;
+                }
             }
         }
+        last = best;
         nearest[k] = found.chord;
     }
     free(squared);
