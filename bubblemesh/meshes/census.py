@@ -6,7 +6,17 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.meshes.quality import REGULAR_VALENCE, WORST, Measures, SpacingBetween, edge_ratios, worst_triangles
+from bubblemesh.meshes.quality import (
+    REGULAR_VALENCE,
+    WORST,
+    Measures,
+    Shape,
+    SpacingBetween,
+    SpacingFit,
+    edge_ratios,
+    figures,
+    worst_triangles,
+)
 
 QUALITY_BINS = 10_000  # of radius ratios, from 0 to 1
 SHOWN_BINS = 10  # of the histogram of a report
@@ -132,23 +142,22 @@ class Census(NamedTuple):
         """Figures of a mesh with so many nodes, as of `mesh_figures`; quantiles are exact to a bin."""
         shown = self.quality.bins.reshape(SHOWN_BINS, -1).sum(axis=1)
         ends = [2.0 ** (2 * OCTAVES * (self.spacing.quantile(share) - 0.5)) for share in (0.01, 0.99)]
-        worst = zip(self.worst.tolist(), map(tuple, self.worst_at.tolist()), strict=True)
-        return {
-            "nodes": nodes,
-            "triangles": self.triangles,
-            "boundary_nodes": boundary_nodes,
-            "bounds": (*self.low.tolist(), *self.high.tolist()),
-            "quality": {
-                "mean": self.quality.mean,
-                "min": self.quality.least,
-                "p01": self.quality.quantile(0.01),
-                "histogram": tuple(shown.tolist()),
-                "irregular_fraction": self.irregular / self.inner if self.inner else None,
-                "valence_max": self.valence_max,
-                "angle_min": self.angle_min,
-                "angle_max": self.angle_max,
-                "worst": [{"quality": q, "at": at} for q, at in worst],
-            },
-            "area": self.area,
-            "spacing": {"mean": self.spacing.mean, "std": self.spacing.deviation, "p01": ends[0], "p99": ends[1]},
-        }
+        return figures(
+            nodes=nodes,
+            triangles=self.triangles,
+            boundary_nodes=boundary_nodes,
+            bounds=(self.low, self.high),
+            shape=Shape(
+                mean=self.quality.mean,
+                min=self.quality.least,
+                p01=self.quality.quantile(0.01),
+                histogram=tuple(shown.tolist()),
+                irregular_fraction=self.irregular / self.inner if self.inner else None,
+                valence_max=self.valence_max,
+                angle_min=self.angle_min,
+                angle_max=self.angle_max,
+            ),
+            worst=((float(q), (float(x), float(y))) for q, (x, y) in zip(self.worst, self.worst_at, strict=True)),
+            area=self.area,
+            fit=SpacingFit(self.spacing.mean, self.spacing.deviation, *ends),
+        )

@@ -1,6 +1,6 @@
 """Measures of a triangle mesh: shape of the triangles, valence of the nodes, spacing of the edges; histograms."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict
 from functools import cached_property
 from typing import Any
@@ -193,20 +193,39 @@ def mesh_figures(measures: Measures, spacing_between: SpacingBetween | None) -> 
     How well edges keep the spacing is told where it is known, as a function (e,) of points (n, 2) and edges (e, 2).
     """
     points, (edges, count) = measures.points, measures.edges
-    figures = {
-        "nodes": len(points),
-        "triangles": len(measures.triangles),
-        "boundary_nodes": len(each_once(edges[count == 1].ravel())),
-        "bounds": (*points.min(axis=0).tolist(), *points.max(axis=0).tolist()),
-        "quality": {
-            **asdict(shape_quality(measures)),
-            "worst": [{"quality": q, "at": at} for q, at in worst_triangles(measures, WORST)],
-        },
-        "area": float(np.abs(measures.signed_areas).sum()),
+    return figures(
+        nodes=len(points),
+        triangles=len(measures.triangles),
+        boundary_nodes=len(each_once(edges[count == 1].ravel())),
+        bounds=(points.min(axis=0), points.max(axis=0)),
+        shape=shape_quality(measures),
+        worst=worst_triangles(measures, WORST),
+        area=float(np.abs(measures.signed_areas).sum()),
+        fit=None if spacing_between is None else spacing_fit(points, edges, spacing_between(points, edges)),
+    )
+
+
+def figures(
+    *,
+    nodes: int,
+    triangles: int,
+    boundary_nodes: int,
+    bounds: tuple[Floats, Floats],
+    shape: Shape,
+    worst: Iterable[tuple[float, tuple[float, float]]],
+    area: float,
+    fit: SpacingFit | None,
+) -> dict[str, Any]:
+    """Figures of a mesh as a report holds them; the bounds are corners (2,), and the fit is that of a known spacing."""
+    told = {
+        "nodes": nodes,
+        "triangles": triangles,
+        "boundary_nodes": boundary_nodes,
+        "bounds": (*bounds[0].tolist(), *bounds[1].tolist()),
+        "quality": {**asdict(shape), "worst": [{"quality": q, "at": at} for q, at in worst]},
+        "area": area,
     }
-    if spacing_between is not None:
-        figures["spacing"] = asdict(spacing_fit(points, edges, spacing_between(points, edges)))
-    return figures
+    return told if fit is None else told | {"spacing": asdict(fit)}
 
 
 def worst_triangles(measures: Measures, count: int) -> list[tuple[float, tuple[float, float]]]:
