@@ -13,7 +13,7 @@ from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Job
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import DONE, CaseError, FileError, prefixed
-from bubblemesh.problem.files import contents_or_errors
+from bubblemesh.problem.files import contents_or_errors, files_of_case
 from bubblemesh.records import record
 from bubblemesh.run.destination import Destination, OutputOptions, destination
 
@@ -104,7 +104,8 @@ class Entry:
 def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
     """Entries of all cases of the files, in order; cases that cannot be read, for whatever reason, are among them.
 
-    CaseError if two cases would write the same file, FileError if the results of one would overwrite a case file.
+    CaseError if two cases would write the same file, FileError if the results of one would overwrite a case file, or a
+    file that another one reads.
     """
     sources = list(files)
     entries: list[Entry] = []
@@ -154,8 +155,7 @@ def _seen_from(root: Path, folder: Path) -> str:
 
 
 def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:
-    """Check that no two cases write the same file, and none a case file."""
-    cases = {os.path.realpath(source): source for source in sources}
+    """Check that no two cases write the same file, and none a case file or one that a case reads."""
     owners: dict[str, Entry] = {}
     folders: dict[Path, str] = {}
     for entry in entries:
@@ -169,8 +169,11 @@ def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:
             if owner is not entry:
                 advice = f"give one of them another name than {entry.row.case!r}, or another output.directory and no -o"
                 raise CaseError(f"{_called(owner)} and {_called(entry)} would both write {folder / name}: {advice}")
-            if place in cases:
-                raise FileError(f"{cases[place]}: the results of {_called(entry)} would overwrite this case file")
+    read = {str(path): "file" for entry in entries if entry.case is not None for path in files_of_case(entry.case)}
+    for path, kind in (read | dict.fromkeys(sources, "case file")).items():
+        writer = owners.get(os.path.realpath(path))
+        if writer is not None:
+            raise FileError(f"{path}: the results of {_called(writer)} would overwrite this {kind}")
 
 
 def _called(entry: Entry) -> str:

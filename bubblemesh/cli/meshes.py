@@ -103,6 +103,7 @@ def partition(
     from bubblemesh import console
     from bubblemesh.case import Output as OutputKeys
     from bubblemesh.console.report import show_files, show_quality
+    from bubblemesh.meshfiles.beside import files_beside
     from bubblemesh.run.destination import Destination, OutputOptions, destination_beside, stream_destination
     from bubblemesh.run.division import divided_file
 
@@ -111,7 +112,7 @@ def partition(
     place = (
         stream_destination(keys, mesh_stream(as_json), options)
         if output == "-"
-        else destination_beside([mesh], keys, Path(), f"{mesh_file.name}-{parts}", options)
+        else destination_beside([mesh, *files_beside(mesh)], keys, Path(), f"{mesh_file.name}-{parts}", options)
     )
     report = place.write(mesh_file.mesh, mesh_file.fields, mesh_file.report)
     if as_json:

@@ -29,6 +29,12 @@ def named_files(model: Strict) -> Iterator[Path]:
                 yield from named_files(part)
 
 
+def files_of_case(case: Case) -> list[Path]:
+    """All files that a case names, with those that belong to them as far as it may read these."""
+    with confined_to(case.root):
+        return list(named_files(case))
+
+
 def contents_of(model: Strict, root: Path | None) -> dict[str, bytes]:
     """Contents of the files that a case, or a part of it, names, by their names; errors have the file.
 

@@ -11,6 +11,7 @@ from bubblemesh.case import Case, Output, Override
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.meshfiles.beside import files_beside
 from bubblemesh.meshfiles.formats import (
     FORMATS,
     FORMATS_FOR,
@@ -28,6 +29,7 @@ from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.transaction import require_room
 from bubblemesh.meshfiles.writing import NO_TABLES, PAGE_FILE, Page, file_names, write_files, write_stream
 from bubblemesh.messages import closest
+from bubblemesh.problem.files import files_of_case
 from bubblemesh.records import record
 from bubblemesh.run.pipeline import Result, SlicedResult
 
@@ -146,15 +148,18 @@ def destination(
 ) -> Destination:
     """Destination that the options and the case name together, as of `destination_beside`.
 
-    ``in_slices`` tells that what is packed in parts may be written part by part. An untrusted case that names a folder
-    outside of its own is a CaseError, and a format that the case's coordinates do not go with.
+    Its inputs are the case file, the solution if there is one, and all files that the case names. ``in_slices`` tells
+    that what is packed in parts may be written part by part. An untrusted case that names a folder outside of its own
+    is a CaseError, and a format that the case's coordinates do not go with.
     """
     # Relative to the case file; with a case of the standard input, or without a name, the present folder.
     directory = case.output.directory
     folder = Path() if directory is None else Path(source).parent / directory
     if case.root is not None and directory is not None and options.output is None:
         _require_below(folder, case.root)
-    inputs = [path for path in (None if source == "-" else source, solution) if path is not None]
+    inputs: list[str | Path] = [*([] if source == "-" else [source]), *files_of_case(case)]
+    if solution is not None:
+        inputs += [solution, *files_beside(solution)]
     slices = _most_parts(case) if in_slices else 1
     place = destination_beside(inputs, case.output, folder, str(case.name), options, slices)
     require_fitting_coordinates(case, place.formats)
