@@ -19,7 +19,7 @@ def _time(value: object, info: ValidationInfo) -> object:
     return evaluated(value, info, "time")
 
 
-Depth = Annotated[Expression, PlainValidator(as_expression(_parsed), json_schema_input_type=str), AS_GIVEN]
+Depth = Annotated[Expression, PlainValidator(as_expression(_parsed), json_schema_input_type=float | str), AS_GIVEN]
 _Duration = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 Duration = Annotated[_Duration, BeforeValidator(_time, json_schema_input_type=_Duration | str)]
 
@@ -47,7 +47,7 @@ class DepthKeys(Strict):
     """A depth."""
 
     depth: Depth = Field(
-        description="Depth of water in metres: the name of a raster, or an expression such as -raster.height."
+        description="Depth of water in metres: the name of a raster, a number, or an expression such as -raster.height."
     )
     shallowest: Positive = Field(default=1.0, description="What is less deep counts as this depth, in metres.")
 

@@ -1,7 +1,7 @@
 """Keys that mirror, scale, rotate, move and repeat whatever a case draws or takes from a file."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     BaseModel,
@@ -45,15 +45,15 @@ Turn = Annotated[
 ]
 
 
-def _condition(value: Any, parameters: Mapping[str, float]) -> Expression:
+def _condition(text: str, parameters: Mapping[str, float]) -> Expression:
     if taken := [name for name in NUMBERS_OF_COPIES if name in parameters]:
         raise CaseError(f"{taken[0]!r} is the number of a copy here, and a parameter too: rename the parameter")
-    if not isinstance(value, str):
-        raise CaseError('must be an expression in quotes, such as "(i + j) % 2 == 0"')
-    return Expression.parse(value, parameters, names=NUMBERS_OF_COPIES)
+    return Expression.parse(text, parameters, names=NUMBERS_OF_COPIES)
 
 
-Condition = Annotated[Expression, PlainValidator(as_expression(_condition), json_schema_input_type=str), AS_GIVEN]
+Condition = Annotated[
+    Expression, PlainValidator(as_expression(_condition), json_schema_input_type=float | str), AS_GIVEN
+]
 
 
 class GridKeys(Strict):

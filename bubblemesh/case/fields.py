@@ -188,15 +188,17 @@ def fault_of(
 
 
 def as_expression(
-    parse: Callable[[Any, Mapping[str, float]], Expression],
+    parse: Callable[[str, Mapping[str, float]], Expression],
 ) -> Callable[[Any, ValidationInfo], Expression]:
-    """Check that parses a text as an expression, with the parameters that are the validation's context."""
+    """Check that parses a text or a number as an expression, with the parameters that are the validation's context."""
 
     def check(value: Any, info: ValidationInfo) -> Expression:
         if isinstance(value, Expression):
             return value
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise PydanticCustomError("no_expression", "must be a number or an expression")
         try:
-            return parse(value, _parameters(info))
+            return parse(str(value), _parameters(info))
         except CaseError as error:
             raise fault_of(error, "expression") from None
 

@@ -91,8 +91,8 @@ class Output(Strict):
     )
     depth: NodeDepth | None = Field(
         default=None,
-        description="Depth that the mesh is written with, in formats that hold it: the name of a raster, or an "
-        "expression, or both of the keys below; by default that of waves, slope or courant.",
+        description="Depth that the mesh is written with, in formats that hold it: the name of a raster, a number, "
+        "an expression, or both of the keys below; by default that of waves, slope or courant.",
     )
     partition: Count | None = Field(
         default=None, description="Number of parts for a parallel solver, whose files tell the part of each triangle."

@@ -53,6 +53,29 @@ def test_waves_have_so_many_nodes_in_their_length():
     np.testing.assert_allclose(found, np.sqrt(GRAVITY * depth_at(*AT.T)) * 3600 / 20, rtol=1e-9)
 
 
+@pytest.mark.parametrize("deep", [10, 12.5])
+def test_a_depth_may_be_a_number(deep):
+    terms = {"period": 3600, "per_length": 20}
+    found = prepare(case({"waves": terms | {"depth": deep}})).spacing(AT)
+    np.testing.assert_allclose(found, np.sqrt(GRAVITY * deep) * 3600 / 20, rtol=1e-9)
+    for output in ({"depth": deep}, {"depth": {"of": deep}}):
+        np.testing.assert_array_equal(prepare(case(10e3, output=output)).task.depth.function(*AT.T), [deep] * 3)
+
+
+@pytest.mark.parametrize(("value", "told"), [(True, "true"), ([10], "the list [10]"), ([], "the list []")])
+def test_another_depth_is_refused_with_its_key(value, told, folder):
+    message = f"must be a number or an expression (found {told})"
+    keys = {
+        "output.depth": {"spacing": 10e3, "output": {"depth": value}},
+        "spacing.waves.depth": {"spacing": {"waves": {"depth": value, "period": 3600, "per_length": 20}}},
+        "spacing.slope.depth": {"spacing": {"maximum": 1e4, "slope": {"depth": value, "per_slope": 20}}},
+        "spacing.courant.depth": {"spacing": {"value": 1e4, "courant": {"depth": value, "dt": 10, "largest": 1}}},
+    }
+    for key, text in keys.items():
+        (folder / "bay.yaml").write_text(json.dumps({"domain": BASIN} | text))
+        assert command("check", "bay.yaml") == (2, "", f"error: bay.yaml:1: {key}: {message}\n")
+
+
 def test_slopes_have_so_many_nodes():
     found = spacing_of(maximum=1e9, slope={"depth": "depth", "per_slope": 20, "filter": 4000})
     np.testing.assert_allclose(found, 2 * np.pi * depth_at(*AT.T) / (20 * 1e-3), rtol=1e-6)
