@@ -25,14 +25,13 @@ from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.packing.placement.warm_start import PreviousNodes
-from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
-from bubblemesh.problem.prepare import NODES, near_target, prepare_in, task_of
+from bubblemesh.problem.prepare import NODES, near_target, prepare_for, task_of
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.python.numbers import is_real, is_whole
-from bubblemesh.problem.spacing import SpacingRequest, largest_areas, rules_of, with_areas_below, within_limits
+from bubblemesh.problem.spacing import held_request, within_limits
 from bubblemesh.process.limits import timed
 from bubblemesh.records import record
 from bubblemesh.run.packings import OnRound, OnShare
@@ -94,8 +93,9 @@ def adapted(
 ) -> Result:
     """Mesh a case's domain anew, as its solution asks for, which is on a mesh of this domain.
 
-    The sizes follow from the estimated error; of the case's spacing the limits and rules hold. The exact solution, an
-    expression in x and y, is to compare the estimate with. A mistake of the user's is a BubblemeshError.
+    The sizes follow from the estimated error; of the case's spacing the limits and rules hold, as `held_request` tells.
+    The exact solution, an expression in x and y, is to compare the estimate with. A mistake of the user's is a
+    BubblemeshError.
     """
     return case.within_limits(lambda: _adapted(case, solution, target, exact, on_round, on_share))
 
@@ -126,7 +126,6 @@ def _adapted(
         problem, start = _next_problem(case, domain, solution, estimate, target, seconds)
         wanted = problem.spacing.between(solution.points, solution.triangles)
         expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), wanted)
-    require_triangles_for_parts(problem)
     adaptation = figures | {
         "wanted": target.figures,
         "expected_error": solution.unit * expected,
@@ -150,19 +149,16 @@ def _next_problem(
     field, now = MeshField.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
-    at = within_limits(terms, (Spacing(field),), field.spots)
-    task, rules = task_of(case, domain), rules_of(terms)
-    rules = replace(rules, growth=rules.growth or DEFAULT_GROWTH)
+    request = held_request(case, domain, within_limits(terms, (Spacing(field),), field.spots))
+    rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
+    request, task = replace(request, rules=rules, nodes=nodes), task_of(case, domain)
     inner = others(len(solution.points), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
-    share = present.share_of_own_size(domain, at(None))
+    share = present.share_of_own_size(domain, request.at(None))
     if share >= FEWEST_KEPT:
         task = replace(task, previous=present)
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    request = with_areas_below(
-        SpacingRequest(at, rules, nodes, case.warnings), domain, case.largest, largest_areas(case, domain)
-    )
-    return prepare_in(domain, request, task, seconds, _key(target, terms)), start
+    return prepare_for(case, domain, request, task, seconds, _key(target, terms)), start
 
 
 def _next_in_metric(
@@ -176,24 +172,26 @@ def _next_in_metric(
     if case.method not in (MULTILEVEL, IN_METRIC):
         raise CaseError(f"method: {case.method} packs no metric: leave method out with --anisotropic")
     terms, points, triangles = case.spacing_terms, solution.points, solution.triangles
-    nodes, told = float(target.nodes or terms.nodes or len(points)), case.warnings
+    nodes, told = float(target.nodes or terms.nodes or len(points)), list[str]()
     if target.error is not None:
         times = (estimate.relative / target.error) ** 2
         nodes = max(len(points) * min(times, MOST_TIMES), FEWEST)
         if times > MOST_TIMES:
-            told = (
-                *told,
-                f"an error of {target.error:g} needs more than {MOST_TIMES:g} times the nodes of the mesh before, as "
-                "many as this one has: adapt again to its solution",
+            told.append(
+                f"an error of {target.error:g} needs more nodes: this mesh has {MOST_TIMES:g} times as many as the one "
+                "before, the most in one step: adapt again to its solution"
             )
+    if terms.courant is not None:
+        told.append("spacing.courant: does not hold for ellipses: give spacing.minimum")
     sizes = terms.minimum or FINEST * domain.size, terms.maximum or COARSEST * domain.size
     part = _parts(domain, solution)
     mesh = (points, triangles) if part is None else split_nodes(points, triangles, part)
     values = solution.values if part is None else _split_values(solution, mesh[1])
     best = best_metric(*mesh, values / solution.unit)
     case = case.model_copy(update={"method": IN_METRIC})
-    task, rules = task_of(case, domain), replace(rules_of(terms), growth=None)
     coarse, wanted = Spacing(partial(_everywhere, sizes[1])), nodes
+    task, held = task_of(case, domain), held_request(case, domain, lambda scale: coarse)
+    held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *told))
     growth = terms.growth or GROWTH_IN_METRIC
     for _ in range(ATTEMPTS):
         tensors = scaled_for(*mesh, best, wanted, sizes, MOST_ASPECT)
@@ -201,8 +199,8 @@ def _next_in_metric(
         if len(domain.periodic):
             tensors = graded(*mesh, finer_of_both_sides(domain, *mesh, tensors), growth)
         metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, _key(target, terms)),)
-        request = SpacingRequest(lambda scale: coarse, rules, None, told, metrics)
-        problem = prepare_in(domain, request, task, seconds)
+        request = replace(held, metrics=metrics)
+        problem = prepare_for(case, domain, request, task, seconds)
         if abs(problem.expected_nodes / nodes - 1) < CLOSE:
             break
         wanted *= nodes / problem.expected_nodes

@@ -34,25 +34,28 @@ def projecting_of(keys: CrsKeys) -> Projecting:
     return Projecting(keys.source, None if keys.to == AUTO else keys.to)
 
 
-def on_the_ground(at: Callable[[float | None], Spacing], plane: Plane) -> Callable[[float | None], Spacing]:
-    """A spacing request in the plane for one in metres on the ground."""
+def on_the_ground(
+    at: Callable[[float | None], Spacing], plane: Plane, power: int = 1
+) -> Callable[[float | None], Spacing]:
+    """A spacing request in the plane for one in metres on the ground; with a power of -1 the other way round."""
 
     def in_plane(scale: float | None) -> Spacing:
         given = at(scale)
-        return replace(given, function=_Scaled(given.function, plane))
+        return replace(given, function=_Scaled(given.function, plane, power))
 
     return in_plane
 
 
 @record
 class _Scaled:
-    """A function of the place times the scale of the plane there."""
+    """A function of the place times a power of the plane's scale there."""
 
     function: Callable[[Floats, Floats], Floats]
     plane: Plane
+    power: int
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
-        return self.function(x, y) * self.plane.scale(x, y)
+        return self.function(x, y) * self.plane.scale(x, y) ** self.power
 
 
 def terms_in(plane: Plane, terms: SpacingTerms) -> SpacingTerms:

@@ -1,5 +1,6 @@
 """From a case to a problem: the domain, the spacing request and the method, bound and checked."""
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -33,7 +34,7 @@ from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder
-    from bubblemesh.problem.metric import InMetric
+    from bubblemesh.problem.metric import InMetric, MetricRequest
 
 NODES = Key(["spacing", "nodes"])
 CLOSE = 0.01  # to a wanted number of nodes
@@ -45,10 +46,17 @@ def prepare(case: Case) -> Problem:
     with timed(seconds, "geometry"):
         domain = case_domain(case)
     enter("spacing")
-    request = case_spacing(case, domain)
+    return prepare_for(case, domain, case_spacing(case, domain), task_of(case, domain), seconds)
+
+
+def prepare_for(
+    case: Case, domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], key: Key = NODES
+) -> Problem:
+    """Make a problem of a case's domain and a spacing request, and check all that both have to fit; as `prepare_in`."""
     if request.nodes is None:  # else the spacing is not known yet
-        request = replace(request, warnings=(*request.warnings, *open_gaps(case, domain, request.at(None))))
-    problem = prepare_in(domain, request, replace(task_of(case, domain), depth=request.depth), seconds)
+        told = open_gaps(case, domain, _before_rules(request, None))
+        request = replace(request, warnings=(*request.warnings, *told))
+    problem = prepare_in(domain, request, replace(task, depth=request.depth), seconds, key)
     if case.crs is None:
         require_one_unit(case.domain, domain, problem.survey.extremes.minimum)
     require_triangles_for_parts(problem)
@@ -93,15 +101,20 @@ def _search(
     return ScaleSearch(nodes, Scales.of(domain, partial(_before_rules, request)), check, task, seconds, key)
 
 
-def _before_rules(request: SpacingRequest, scale: float) -> Spacing:
-    """The spacing that is asked for at a scale, below the metrics if there are any."""
+def _before_rules(request: SpacingRequest, scale: float | None) -> Spacing:
+    """The spacing that is asked for at a scale, or at its own, below the metrics if there are any."""
     spacing = request.at(scale)
     if not request.metrics:
         return spacing
     # Imported here since few cases have a metric.
     from bubblemesh.problem.metric import below
 
-    return below([metric.scaled(scale) for metric in request.metrics], spacing)
+    return below(_scaled(request.metrics, scale), spacing)
+
+
+def _scaled(metrics: "Sequence[MetricRequest]", scale: float | None) -> "Sequence[MetricRequest]":
+    """Metrics at a scale, or at their own if there is none."""
+    return metrics if scale is None else [metric.scaled(scale) for metric in metrics]
 
 
 def check_spacing(
@@ -183,8 +196,7 @@ def _metric(
     # Imported here since few cases have a metric.
     from bubblemesh.problem.metric import in_metric
 
-    metrics = [metric if scale is None else metric.scaled(scale) for metric in request.metrics]
-    return in_metric(domain, metrics, asked.spacing, task.max_nodes, asked.survey.cover)
+    return in_metric(domain, _scaled(request.metrics, scale), asked.spacing, task.max_nodes, asked.survey.cover)
 
 
 def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
@@ -254,7 +266,7 @@ def _require_possible_in_metric(request: SpacingRequest, task: Task) -> None:
     for key, (given, reason) in reasons.items():
         if given:
             with about(Key([key])):
-                raise CaseError(f"{key}: does not go with a metric: {reason}: leave out {key}, or the metric")
+                raise CaseError(f"{key}: does not go with a metric: {reason}: leave it out")
     Schemes.of(task.method)
 
 

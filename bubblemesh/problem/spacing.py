@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from bubblemesh.problem.metric import MetricRequest
 
 UNLIMITED = (0.0, np.inf)
+NO_SPOTS = np.zeros((0, 2))
 USUAL = 0.75  # of the largest area: mean one of triangles few of which are larger
 NO_RULES, NOT_GIVEN = Rules(), NodeDepthKeys()
 OwnValues = Mapping[str, tuple[Value, Key]]  # of regions, by their names
@@ -85,6 +86,46 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
         request = replace(request, at=on_the_ground(request.at, domain.plane))
     request = replace(request, warnings=(*case.warnings, *request.warnings))
     return with_metrics(request, several(case.metric), domain, case.root)
+
+
+def held_request(case: Case, domain: Domain, at: Callable[[float | None], Spacing]) -> SpacingRequest:
+    """Request for a spacing, at a scale, in place of that of a case, with what of the case holds for any; errors alike.
+
+    That are its rules, the limits in regions and of areas, the Courant number, and the depth that is written.
+    """
+    terms, depth = case.spacing_terms, case.output.node_depth
+    with own_files(terms, case.root):
+        rasters, told = _variables(terms, domain, [depth.of])
+        deep = _depth_of_nodes(terms, domain, rasters, depth)
+        held = _held(at, terms, domain, rasters)
+    if terms.regions and terms.nodes is not None:
+        told = (*told, "spacing.regions: does not hold, since with spacing.nodes its values are no lengths")
+    told = (*case.warnings, *told)
+    request = SpacingRequest(held, rules_of(terms), terms.nodes, told, depth=deep, rasters=rasters)
+    return with_areas_below(request, domain, case.largest, largest_areas(case, domain))
+
+
+def _held(
+    at: Callable[[float | None], Spacing], terms: SpacingTerms, domain: Domain, rasters: Rasters
+) -> Callable[[float | None], Spacing]:
+    """A spacing in the plane, within limits of regions, which do not go with its scale, and of the Courant number."""
+    regions = terms.regions if terms.nodes is None else {}
+    if not regions and terms.courant is None:
+        return at
+    plane = domain.plane
+    if plane is not None:
+        at = on_the_ground(at, plane, -1)
+    if regions:
+        limits = within_limits(terms, tuple(_in_regions(regions, domain, rasters)), NO_SPOTS, terms.scale)
+        at = _below(at, [limits(None)])
+    at = _not_below_courant(at, terms, domain, rasters)
+    return at if plane is None else on_the_ground(at, plane)
+
+
+def _in_regions(regions: Mapping[str, Value], domain: Domain, rasters: Rasters) -> Iterator[Spacing]:
+    """Limits of the spacing in regions, as one spacing, if there are any."""
+    limits = {name: (value, Key(["spacing", "regions", name])) for name, value in regions.items()}
+    return _limits_within(limits, domain, rasters)
 
 
 def values_of(metrics: Sequence[AnyMetric]) -> list[Value]:
@@ -129,15 +170,18 @@ def with_areas_below(
     limits = [] if largest is None else [_bound(_side(largest), domain, "largest")]
     areas = {name: (_side(area), Key(["domain", "regions", name, "largest"])) for name, area in within.items()}
     limits += _limits_within(areas, domain)
-    if not limits:
-        return request
+    return replace(request, at=_below(request.at, limits)) if limits else request
 
-    def at(scale: float | None) -> Spacing:
-        given = request.at(scale)
+
+def _below(at: Callable[[float | None], Spacing], limits: Sequence[Spacing]) -> Callable[[float | None], Spacing]:
+    """A spacing, at a scale, below limits that do not go with it."""
+
+    def limited(scale: float | None) -> Spacing:
+        given = at(scale)
         both = Combination((given, *limits))
         return Spacing(both, keys=both.keys, costly=both.costly, spots=given.spots)
 
-    return replace(request, at=at)
+    return limited
 
 
 def _side(area: float) -> float:
@@ -163,10 +207,9 @@ def spacing_request(
     path = ("spacing", key) if spacing is given else ("spacing",)
     rest = Spacing(nothing) if value is None else _bound(value, domain, *path, rasters=rasters)
     functions, astray = _data(terms, domain, rasters)
-    limits = {name: (value, Key(["spacing", "regions", name])) for name, value in terms.regions.items()}
     found = (
         _by_region(rest, domain, own or {}, rasters),
-        *_limits_within(limits, domain, rasters),
+        *_in_regions(terms.regions, domain, rasters),
         *_of_depth(terms, domain, rasters),
         *_near(terms, domain),
         *(Spacing(_in_plane(data, domain), keys=OneKey(key)) for key, data in functions.items()),

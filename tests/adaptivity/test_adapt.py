@@ -190,6 +190,71 @@ def test_regions_recover_their_own_gradients():
     assert result.mesh.regions == mesh.regions
 
 
+# What of the case holds
+
+
+HALVES = """
+domain: {outer: {rectangle: [0, 0, 2, 1]}, regions: [{name: left, ring: {rectangle: [0, 0, 1, 1]}}]}
+spacing: {value: 0.15, regions: {left: 0.05}}
+"""
+SEA = """
+domain: {outer: {rectangle: [0, 0, 2, 1]}}
+spacing: {value: 0.15, courant: {depth: 10 + x, dt: 0.01, largest: 1}}
+"""
+
+
+def flat(text):
+    """A case, and a solution on its mesh that bends in one corner."""
+    case = case_of(text)
+    mesh = bubblemesh.mesh_case(case).mesh
+    x, y = mesh.points.T
+    return case, bubblemesh.Solution.of(mesh.points, mesh.triangles, np.exp(-50 * ((x - 2) ** 2 + y**2)))
+
+
+def longest(mesh, lowest, highest):
+    """Length of the longest edge between two values of x."""
+    corners = mesh.points[mesh.triangles]
+    inside = (corners[..., 0] > lowest).all(axis=1) & (corners[..., 0] < highest).all(axis=1)
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)[inside].max()
+
+
+@pytest.mark.parametrize("anisotropic", [False, True])
+def test_limits_of_regions_hold(anisotropic):
+    case, solution = flat(HALVES)
+    result = bubblemesh.adapt(case, solution, error=0.2, anisotropic=anisotropic)
+    assert longest(result.mesh, -1, 0.95) < 0.08
+    assert longest(result.mesh, 1.1, 3) > 0.12
+    assert not any("regions" in told for told in result.report["warnings"])
+
+
+def test_limits_that_spacing_nodes_scales_do_not_hold_and_that_is_told():
+    case, solution = flat(HALVES.replace("0.15", "0.15, nodes: 400"))
+    told = bubblemesh.adapt(case, solution).report["warnings"]
+    assert told == ["spacing.regions: does not hold, since with spacing.nodes its values are no lengths"]
+
+
+def test_the_depth_is_written_and_the_courant_number_holds():
+    case, solution = flat(SEA)
+    result = bubblemesh.adapt(case, solution, error=0.02)
+    assert result.report["adaptation"]["expected_relative_error"] > 0.05  # it would be far finer
+    np.testing.assert_allclose(result.mesh.depth, 10 + result.mesh.points[:, 0])
+    assert 0.01 / result.report["water"]["time_step"] < 1.5
+    other = bubblemesh.adapt(case, solution, nodes=200, anisotropic=True)
+    assert "spacing.courant: does not hold for ellipses: give spacing.minimum" in other.report["warnings"]
+    np.testing.assert_allclose(other.mesh.depth, 10 + other.mesh.points[:, 0])
+
+
+def test_the_depth_is_that_of_the_output(plate):
+    case = case_of(PLATE + "output: {formats: [fort.14], depth: 10 + x}\n")
+    mesh = bubblemesh.adapt(case, bump(plate), nodes=200).mesh
+    np.testing.assert_allclose(mesh.depth, 10 + mesh.points[:, 0])
+
+
+def test_a_smallest_angle_is_refused_in_words_that_fit_without_a_metric_in_the_case(plate):
+    with pytest.raises(CaseError, match=r"angle_min: .*no fault: leave it out$"):
+        bubblemesh.adapt(case_of(PLATE + "angle_min: 20\n"), bump(plate), nodes=200, anisotropic=True)
+
+
 def test_the_exact_solution_tells_the_effectivity(plate):
     values = plate.points[:, 0] ** 2
     solution = bubblemesh.Solution.of(plate.points, plate.triangles, values)
