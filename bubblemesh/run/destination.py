@@ -27,7 +27,16 @@ from bubblemesh.meshfiles.formats import (
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields
 from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.transaction import require_room
-from bubblemesh.meshfiles.writing import NO_TABLES, PAGE_FILE, Page, file_names, write_files, write_stream
+from bubblemesh.meshfiles.writing import (
+    MEDIT,
+    METRIC_FILE,
+    NO_TABLES,
+    PAGE_FILE,
+    Page,
+    file_names,
+    write_files,
+    write_stream,
+)
 from bubblemesh.messages import closest
 from bubblemesh.problem.files import files_of_case
 from bubblemesh.records import record
@@ -91,6 +100,7 @@ class Destination:
     def names(self) -> list[str]:
         """Names of all files that may be written into the folder."""
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
+        tables += [METRIC_FILE] if MEDIT in self.formats else []
         return file_names(self.name, self.formats, tables, self.parts)
 
     def load(self) -> None:

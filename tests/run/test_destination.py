@@ -19,6 +19,7 @@ READ = {
         "one.nodes.npz",
     ),
     "metric": ("mesh", f"domain: {{outer: {SQUARE}}}\nspacing: 0.5\nmetric: {{file: one.mesh}}\n", "one.mesh"),
+    "metric beside": ("mesh", f"domain: {{outer: {SQUARE}}}\nspacing: 0.5\nmetric: {{file: one.meshb}}\n", "one.sol"),
     "geometry": ("vtu", "domain: {outer: {file: one.labels.json}}\nspacing: 0.5\n", "one.labels.json"),
 }
 
