@@ -20,6 +20,7 @@ from bubblemesh.run.pipeline import mesh_problem
 from bubblemesh.workers.workers import Tell
 
 FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
+APART = {"formats", "solver", "directory", "report"}  # keys of the output that do not tell what is in files
 CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # what NumPy's tofile says, without a number
 
 
@@ -48,7 +49,7 @@ class Job:
             contents,
             version=self.version,
             formats=self.destination.formats,
-            order=self.case.output.order,
+            output=self.case.output.model_dump(mode="json", exclude=APART),
         )
 
 

@@ -77,8 +77,8 @@ def own_files(model: Strict, root: Path | None) -> Iterator[None]:
 def inputs_digest(case: Case, files: Mapping[str, bytes], **more: Any) -> str:
     """Hash of a case with the contents of its ``files``, by their names, and of ``more`` that its results depend on.
 
-    Where files lie does not count, what is in them does. Nor does it count which files are written, and how much time
-    and memory there is.
+    Where files lie does not count, what is in them does. Nor does it count what is written, and how much time and
+    memory there is.
     """
     contents = {name: sha256(content).hexdigest() for name, content in files.items()}
     data = case.model_dump(mode="json", exclude={"output": True, "limits": {"seconds", "max_memory_mb"}})

@@ -97,6 +97,19 @@ def test_a_change_of_an_option_is_noticed(options, done):
     assert anew(**options) == []
 
 
+@pytest.mark.parametrize(
+    "key", ["partition=2", "open=wall", "depth=10", "depth={of: 10, over: cell}", "order=2", "formats=[msh4]"]
+)
+def test_a_change_of_what_is_in_the_files_is_noticed(key, done):
+    options = {"overrides": overrides_of([f"output.{key}"])}
+    assert anew("cases/plain.yaml", **options) == ["plain"]
+    assert anew("cases/plain.yaml", **options) == []
+
+
+def test_a_change_of_where_files_go_is_none(done):
+    assert anew("cases/plain.yaml", overrides=overrides_of(["output.directory=elsewhere"])) == []
+
+
 @pytest.mark.long
 def test_a_page_more_is_made_and_one_less_is_no_change(done):
     assert anew("cases/plain.yaml", page=True) == ["plain"]
