@@ -36,7 +36,7 @@ def mesh(
     corners: float | None = None,
     smooth: bool = False,
     tolerance: float | None = None,
-    method: str = "multilevel",
+    method: str | None = None,
     seed: int | None = None,
     effort: str | None = None,
     packing: Mapping[str, Any] | None = None,
@@ -46,7 +46,7 @@ def mesh(
     angle_min: float = 0.0,
     largest: float | None = None,
     layers: Sequence[Mapping[str, Any]] = (),
-    metric: Mapping[str, Any] | Sequence[Mapping[str, Any]] = (),
+    metric: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
     progress: Callable[[float], object] = lambda share: None,
 ) -> Mesh:
     """Mesh a domain.
@@ -69,8 +69,8 @@ def mesh(
         As of a ring in a case file: only vertices that turn by more than ``corners`` degrees are nodes, what is between
         them is spaced anew, ``smooth`` along a spline, and at most the ``tolerance`` from the ring.
     method, packing, schedule
-        As in a case file; ``seed`` and ``effort`` are short for those of ``packing``. With a ``metric`` the method is
-        ``ellipses``; without one this packs circles.
+        As in a case file; ``seed`` and ``effort`` are short for those of ``packing``. The method is ``multilevel`` by
+        default, and ``ellipses`` with a ``metric``, which no other one packs.
     max_nodes : int
     nodes : int, optional
         Number of nodes that the mesh gets, within 2 %: the spacing is scaled for it.

@@ -1,4 +1,4 @@
-"""Names for the array types in signatures, and what NumPy lacks: rows of records, ranks, groups."""
+"""Names for the array types in signatures, and what NumPy lacks: rows of records, ranks, groups, kinds of numbers."""
 
 from collections.abc import Sequence
 from functools import reduce
@@ -134,7 +134,19 @@ def _ascending(rows: Rows) -> tuple[Integers, Booleans]:
 
 def unmasked(values: Any) -> Any:
     """The values as they are, or an array with no numbers where those of a masked one are hidden."""
-    return values.astype(float).filled(np.nan) if hasattr(values, "mask") and hasattr(values, "filled") else values
+    if not (hasattr(values, "filled") and np.any(getattr(values, "mask", False))):
+        return values
+    return values.astype(complex if np.iscomplexobj(values) else float).filled(np.nan)
+
+
+def is_whole(value: Any, least: float = -np.inf) -> bool:
+    """Whether a value is a whole number, of Python or NumPy, that is not below ``least``."""
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and bool(value >= least)
+
+
+def is_real(value: Any) -> bool:
+    """Whether a value is a number, of Python or NumPy, and no truth value."""
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
 def others(count: int, numbers: Integers) -> Integers:

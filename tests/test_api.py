@@ -230,11 +230,19 @@ def test_vertices_that_take_many_nodes_warn_and_corners_makes_a_curve_of_them():
         ({"effort": "fats"}, r"^mesh\(\): effort: input should be 'fast', 'normal' or 'best'"),
         ({"effort": "best", "method": "bpm"}, r"^mesh\(\): effort: the method 'bpm' does not use this key"),
         ({"seed": 1.5}, r"^mesh\(\): seed: "),
-        ({"method": None}, r"^mesh\(\): method: must be the name of one \(found None\)"),
+        ({"method": 3}, r"^mesh\(\): method: must be the name of one \(found 3\)"),
         ({"method": ["bpm"]}, r"^mesh\(\): method: must be the name of one"),
         ({"labels": {"a"}}, r"^mesh\(\): labels: must be a list of names"),
         ({"seed": 1, "packing": {"seed": 2}}, r"^mesh\(\): seed: is given twice"),
         ({"packing": 3}, "packing: must be a mapping"),
+        ({"packing": {1: 1}}, r"packing: must have names as its keys \(found 1\)"),
+        ({"schedule": {None: 1}}, r"schedule: must have names as its keys \(found None\)"),
+        ({"layers": 3}, r"^mesh\(\): layers: "),
+        ({"layers": np.ones(2)}, r"^mesh\(\): layers\.0: "),
+        ({"metric": np.ones(2)}, r"^mesh\(\): metric\.0: "),
+        ({"metric": {}}, r"^mesh\(\): metric: must be a mapping with exactly one of the keys"),
+        ({"metric": []}, r"^mesh\(\): metric: must have at least one entry"),
+        ({"metric": {"m11": 9, "m22": 9}, "method": "multilevel"}, r"^mesh\(\): method: multilevel packs no metric"),
         ({"max_nodes": 0}, "max_nodes: must be a whole number greater than 0"),
         ({"angle_min": "x"}, "angle_min: must be from 0 to 30"),
         ({"largest": "x"}, "largest: must be an area"),
@@ -269,6 +277,34 @@ def test_an_error_of_a_picture_travels_between_processes(disc):
         disc.plot(color="zz")
     again = pickle.loads(pickle.dumps(told.value))
     assert (type(again), str(again), again.option) == (type(told.value), str(told.value), "color")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"limits": "x"}, "range: give two numbers"),
+        ({"limits": 3}, "range: give two numbers"),
+        ({"limits": (0, "1")}, "range: give two numbers"),
+        ({"limits": (1, 0)}, "range: give two numbers"),
+        ({"view": (0, 0, 1)}, "view: give numbers x0 y0 x1 y1"),
+        ({"view": (0, 1, 1, 1)}, "view: give numbers x0 y0 x1 y1"),
+        ({"width": "x"}, "width: is 'x': it has to be between"),
+        ({"dpi": 1}, "dpi: is 1: it has to be between"),
+    ],
+)
+def test_options_of_pictures_have_to_be_numbers(options, told, disc):
+    with pytest.raises(CaseError, match=told):
+        disc.plot(**options)
+
+
+def test_limits_of_a_picture_may_be_an_array(disc):
+    assert disc.plot(limits=np.array([0.5, 1.0]), view=[-1, -1, 1, 1]).axes
+
+
+@pytest.mark.parametrize("count", [True, 2.0, "2"])
+def test_a_number_of_parts_is_a_whole_one(count, disc):
+    with pytest.raises(CaseError, match=r"the number of parts must be a whole one"):
+        disc.partitioned(count)
 
 
 def test_what_is_no_solution_is_told():

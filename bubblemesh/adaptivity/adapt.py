@@ -17,7 +17,7 @@ from bubblemesh.adaptivity.sizes import (
     smooth_sizes,
 )
 from bubblemesh.adaptivity.solution import Solution, require_coverage
-from bubblemesh.arrays import Floats, Integers, others
+from bubblemesh.arrays import Floats, Integers, is_real, is_whole, others
 from bubblemesh.case import Case
 from bubblemesh.case.models import IN_METRIC, MULTILEVEL
 from bubblemesh.case.spacing import SpacingTerms
@@ -30,7 +30,6 @@ from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
 from bubblemesh.problem.prepare import NODES, near_target, prepare_for, task_of
 from bubblemesh.problem.problem import Problem
-from bubblemesh.problem.python.numbers import is_real, is_whole
 from bubblemesh.problem.spacing import held_request, within_limits
 from bubblemesh.process.limits import timed
 from bubblemesh.records import record
@@ -259,6 +258,8 @@ def _figures(solution: Solution, estimate: Estimate, exact: str | None) -> dict[
         return figures
     if solution.values.shape[1] > 1:
         raise CaseError(f"must be one expression, but {solution.name} has several components: leave it out")
+    if not isinstance(exact, str):
+        raise CaseError(f"must be an expression in x and y (found {exact!r})")
     known = Expression.parse(exact)
     values = solution.values[:, 0] / unit
     error = true_error(solution.points, solution.triangles, values, lambda x, y: known(x, y) / unit)

@@ -1,9 +1,11 @@
 """A finite element solution on a triangle mesh, and the check that this is one of the domain."""
 
+from typing import Any
+
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, unmasked
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import unique_edges
@@ -49,8 +51,9 @@ class Solution:
         CaseError
             If the shapes do not fit together, a value is no number, or a triangle has no area; with its place.
         """
-        points, triangles, values = np.asarray(points, float), np.asarray(triangles), np.asarray(values)
+        points, triangles, values = _array("points", points), _array("triangles", triangles), _array("values", values)
         _check_shapes(points, triangles, values)
+        points = np.asarray(points, float)
         values = values.reshape(len(values), -1)
         values = np.hstack([values.real, values.imag]) if np.iscomplexobj(values) else values.astype(float)
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
@@ -63,9 +66,17 @@ class Solution:
         return cls(points, np.where(areas[:, None] < 0, triangles[:, ::-1], triangles), values, name)
 
 
+def _array(name: str, given: Any) -> Any:
+    """An array, with no numbers where values are hidden; CaseError with its name for what makes none."""
+    try:
+        return np.asarray(unmasked(given))
+    except (TypeError, ValueError) as error:
+        raise CaseError(f"{name}: must be an array of numbers ({error})") from None
+
+
 def _check_shapes(points: Floats, triangles: Integers, values: Floats) -> None:
     n = len(points)
-    if points.ndim != 2 or points.shape[1:] != (2,) or not np.isfinite(points).all():
+    if points.ndim != 2 or points.shape[1:] != (2,) or points.dtype.kind not in "iuf" or not np.isfinite(points).all():
         raise CaseError(f"points: must be finite coordinates of shape (n, 2) (found the shape {points.shape})")
     if triangles.ndim != 2 or triangles.shape[1:] != (3,) or triangles.dtype.kind not in "iu" or len(triangles) == 0:
         raise CaseError(f"triangles: must be node numbers of shape (t, 3) (found the shape {triangles.shape})")

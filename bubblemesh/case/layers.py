@@ -1,6 +1,5 @@
 """Boundary layers of a case file: thin cells along walls, whose heights grow away from them."""
 
-from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -62,7 +61,6 @@ class _Given(Strict):
     layers: tuple[LayerKeys, ...] = Field(description="The layers.")
 
 
-def layer_entries(entries: Sequence[Any]) -> tuple[LayerKeys, ...]:
-    """Layers that a program gives as mappings; each line of a CaseError's message names a key."""
-    given = [dict(entry) if isinstance(entry, Mapping) else entry for entry in entries]
-    return checked(_Given, {"layers": given}).layers
+def layer_entries(entries: Any) -> tuple[LayerKeys, ...]:
+    """Layers that a program gives as a list of dictionaries; each line of a CaseError's message names a key."""
+    return checked(_Given, {"layers": entries}).layers

@@ -1,6 +1,5 @@
 """Metrics of a case file: spacings that depend on the direction, of which the smallest counts in each direction."""
 
-from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
@@ -95,6 +94,6 @@ class _Given(Strict):
     metric: OneOrMore[AnyMetric] = Field(description="The metric, or several.")
 
 
-def metric_entries(metric: Mapping[str, Any] | Sequence[Any]) -> tuple[AnyMetric, ...]:
-    """Metrics that a program gives as a mapping or several; each line of a CaseError's message names a key."""
+def metric_entries(metric: Any) -> tuple[AnyMetric, ...]:
+    """Metrics that a program gives as a dictionary or several; each line of a CaseError's message names a key."""
     return several(checked(_Given, {"metric": metric}).metric)

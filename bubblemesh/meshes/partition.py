@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, components, each_once, members
+from bubblemesh.arrays import Floats, Integers, components, each_once, is_whole, members
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.division import divided
 from bubblemesh.meshes.edges import neighbour_pairs
@@ -57,7 +57,7 @@ class Partition:
         Both triangles of a pair in ``quads`` (q, 2) come into one part. CaseError if there are fewer triangles, such a
         pair being one.
         """
-        if not isinstance(count, int | np.integer):
+        if not is_whole(count):
             raise CaseError(f"the number of parts must be a whole one (found {count!r})")
         own = np.arange(len(triangles))
         other = own.copy()

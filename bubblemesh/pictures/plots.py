@@ -104,7 +104,8 @@ def _draw(axes: Axes, mesh: Mesh, options: PlotOptions, data: MeshData, inches_p
     style, box = options.look, box_of(mesh, options.view)
     shown = _in_view(mesh, options.view)
     color = options.color or standard_color(int(shown.sum()))
-    colouring = colouring_of(mesh, data, color, options.colormap, options.limits)
+    limits = None if options.limits is None else (options.limits[0], options.limits[1])  # it may be an array
+    colouring = colouring_of(mesh, data, color, options.colormap, limits)
     edge = inches_per_unit * _typical_edge(mesh, shown)
     triangles = _add_triangles(axes, mesh, shown, colouring, options, edge)
     if options.ellipses:

@@ -3,6 +3,9 @@
 import math
 from typing import Any
 
+import numpy as np
+
+from bubblemesh.arrays import is_real
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
 from bubblemesh.records import record
@@ -94,11 +97,18 @@ class PlotOptions:
         if self.style not in STYLES:
             raise PlotOptionError("style", f"{self.style!r} is unknown: {meant(self.style, STYLES)}")
         for name, value in (("width", self.width), ("dpi", self.dpi)):
-            if value is not None and not SMALLEST <= value <= LARGEST:
-                raise PlotOptionError(name, f"is {value:g}: it has to be between {SMALLEST} and {LARGEST}")
-        if self.limits is not None and not -math.inf < self.limits[0] < self.limits[1] < math.inf:
+            if value is not None and not (is_real(value) and SMALLEST <= value <= LARGEST):
+                found = f"{value:g}" if is_real(value) else repr(value)
+                raise PlotOptionError(name, f"is {found}: it has to be between {SMALLEST} and {LARGEST}")
+        if self.limits is not None and not _ascending(self.limits, 1):
             raise PlotOptionError("range", "give two numbers, the first less than the second")
-        if self.view is not None:
-            x0, y0, x1, y1 = self.view
-            if not (-math.inf < x0 < x1 < math.inf and -math.inf < y0 < y1 < math.inf):
-                raise PlotOptionError("view", "give numbers x0 y0 x1 y1 with x0 < x1 and y0 < y1")
+        if self.view is not None and not _ascending(self.view, 2):
+            raise PlotOptionError("view", "give numbers x0 y0 x1 y1 with x0 < x1 and y0 < y1")
+
+
+def _ascending(given: Any, pairs: int) -> bool:
+    """Whether a value is so many finite numbers, and as many greater ones, each than its own."""
+    numbers = given.tolist() if isinstance(given, np.ndarray) else given
+    if not (isinstance(numbers, list | tuple) and len(numbers) == 2 * pairs and all(map(is_real, numbers))):
+        return False
+    return all(-math.inf < low < high < math.inf for low, high in zip(numbers[:pairs], numbers[pairs:], strict=True))

@@ -89,6 +89,32 @@ def test_an_open_crack_is_where_the_domain_has_a_line():
     assert "it ends at (0.5, 0.5)" in refusal(SQUARE, points, triangles)
 
 
+POINTS, TRIANGLES = [(0, 0), (1, 0), (0, 1)], [(0, 1, 2)]
+
+
+@pytest.mark.parametrize(
+    ("points", "triangles", "values", "told"),
+    [
+        ([(0, 0), (1, 0, 2), (0, 1)], TRIANGLES, [1, 2, 3], "^points: must be an array of numbers"),
+        ([("a", "b"), (1, 0), (0, 1)], TRIANGLES, [1, 2, 3], "^points: must be finite coordinates"),
+        (POINTS, [(0, 1, 2), (0, 1)], [1, 2, 3], "^triangles: must be an array of numbers"),
+        (POINTS, TRIANGLES, [1, [2, 3], 4], "^values: must be an array of numbers"),
+        (POINTS, TRIANGLES, ["a", "b", "c"], "^values: must be numbers of shape"),
+        (POINTS, TRIANGLES, np.ma.array([1, 2, 3], mask=[0, 1, 0]), r"^u is no number at node 1 "),
+        (POINTS, TRIANGLES, np.ma.array([1, 2j, 3], mask=[0, 0, 1]), r"^u is no number at node 2 "),
+        (np.ma.array(POINTS, mask=[[0, 0], [0, 1], [0, 0]]), TRIANGLES, [1, 2, 3], "^points: must be finite"),
+    ],
+)
+def test_what_is_no_solution_is_refused(points, triangles, values, told):
+    with pytest.raises(CaseError, match=told):
+        bubblemesh.Solution.of(points, triangles, values)
+
+
+def test_masks_that_hide_nothing_change_nothing():
+    found = bubblemesh.Solution.of(*(np.ma.array(given) for given in (POINTS, TRIANGLES, [1, 2, 3])))
+    assert found.values.tolist() == [[1], [2], [3]]
+
+
 def hull(points):
     """Edges along the sides of the unit square."""
     edges = []

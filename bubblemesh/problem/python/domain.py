@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from bubblemesh.arrays import LARGEST_NUMBER, Floats, unmasked
+from bubblemesh.arrays import LARGEST_NUMBER, Floats, is_real, unmasked
 from bubblemesh.errors import CaseError, GeometryError, Key, about
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
@@ -17,7 +17,6 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Following
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import meant
-from bubblemesh.problem.python.numbers import is_real
 from bubblemesh.records import record
 
 Geometry: TypeAlias = "shapely.Polygon | shapely.MultiPolygon | Domain | ArrayLike"

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bubblemesh.arrays import is_real, is_whole
 from bubblemesh.case.layers import layer_entries
 from bubblemesh.case.metric import AnyMetric, metric_entries
 from bubblemesh.case.models import IN_METRIC, MULTILEVEL, Limits
@@ -13,7 +14,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.configure import OptionError, configured
 from bubblemesh.packing.methods import Method
 from bubblemesh.problem.problem import Task
-from bubblemesh.problem.python.numbers import is_real, is_whole, plain
+from bubblemesh.problem.python.numbers import plain
 from bubblemesh.records import record
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ MAX_NODES = Limits().max_nodes
 class Wishes:
     """Wishes of a program beside a domain and a spacing; fields are arguments of `bubblemesh.mesh`."""
 
-    method: str = MULTILEVEL
+    method: str | None = None  # without one, that of a case that names none
     packing: Mapping[str, Any] | None = None
     schedule: Mapping[str, Any] | None = None
     seed: int | None = None
@@ -36,25 +37,27 @@ class Wishes:
     angle_min: float = 0.0
     largest: float | None = None
     layers: Sequence[Mapping[str, Any]] = ()
-    metric: Mapping[str, Any] | Sequence[Mapping[str, Any]] = ()
+    metric: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None
 
     @property
     def method_name(self) -> str:
         """Name of the method: with a metric it is the one that packs it, unless another one is wanted."""
-        return IN_METRIC if self.metric and self.method == MULTILEVEL else self.method
+        usual = MULTILEVEL if self.metric is None else IN_METRIC
+        return usual if self.method is None else self.method
 
     def metrics(self) -> tuple[AnyMetric, ...]:
         """Metrics as a case file has them, if there are any; CaseError if a key of one is wrong."""
-        return metric_entries(plain(self.metric)) if self.metric else ()
+        return () if self.metric is None else metric_entries(plain(self.metric))
 
     def ladders(self, domain: Domain) -> "tuple[Ladder, ...]":
         """Boundary layers in the domain; CaseError if a key or a label of one is wrong."""
-        if not self.layers:
+        entries = plain(self.layers)
+        if entries == []:
             return ()
         # Imported here since few meshes have layers.
         from bubblemesh.problem.layers import ladders_of
 
-        return ladders_of(layer_entries(plain(self.layers)), domain)
+        return ladders_of(layer_entries(entries), domain)
 
     def task(self) -> Task:
         """The task, named ``mesh``; CaseError, which begins with the argument, if a value of one is impossible."""
@@ -72,7 +75,7 @@ class Wishes:
         )
 
     def _check(self) -> None:
-        if not isinstance(self.method, str):
+        if self.method is not None and not isinstance(self.method, str):
             raise CaseError(f"method: must be the name of one (found {self.method!r})")
         if self.nodes is not None and not is_whole(self.nodes, 3):
             raise CaseError(f"nodes: must be a whole number of at least 3 (found {self.nodes!r})")
@@ -85,6 +88,9 @@ class Wishes:
         for name, given in (("packing", self.packing), ("schedule", self.schedule)):
             if given is not None and not isinstance(given, Mapping):
                 raise CaseError(f"{name}: must be a mapping such as {{'seed': 3}} (found {type(given).__name__})")
+            for key in given or ():
+                if not isinstance(key, str):
+                    raise CaseError(f"{name}: must have names as its keys (found {key!r})")
 
     def _method(self) -> Method:
         """The method with its options; ``seed`` and ``effort`` are short for those of ``packing``."""
