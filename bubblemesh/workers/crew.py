@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 from bubblemesh.errors import BubblemeshError, FileError, LimitError, prefixed
 from bubblemesh.workers.hire import Hire
 from bubblemesh.workers.supervision import Ended, failure, supervised
-from bubblemesh.workers.workers import Workers
+from bubblemesh.workers.workers import Workers, travelling
 
 if TYPE_CHECKING:  # or workers could not start before all that packs is loaded here, too
     from bubblemesh.parts.work import Crew, Job
@@ -79,7 +79,7 @@ def answer(function: Callable[..., T], *arguments: object) -> Answer[T]:
     try:
         return Answer(function(*arguments), None)
     except Exception as error:
-        return Answer(None, error)
+        return Answer(None, travelling(error))
 
 
 def _as_ours(ended: Ended[Any, Any], workers: Workers) -> BaseException:

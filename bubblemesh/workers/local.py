@@ -18,7 +18,7 @@ from typing import IO, TypeVar
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 from bubblemesh.files import temporary_folder
 from bubblemesh.process.resources import available_cores, keep_freed_memory, seldom_look_for_garbage
-from bubblemesh.workers.workers import Note, WorkerDied, Workers
+from bubblemesh.workers.workers import Note, WorkerDied, Workers, travelling
 
 T = TypeVar("T")
 
@@ -228,7 +228,7 @@ def _answer(call: bytes) -> bytes:
         function, arguments = pickle.loads(call)
         return pickle.dumps(("value", function(*arguments)))
     except Exception as error:
-        return pickle.dumps(("error", error))
+        return pickle.dumps(("error", travelling(error)))
 
 
 def _taken(descriptor: int, mode: str) -> IO[bytes]:

@@ -1,12 +1,13 @@
 """Protocol of workers, whoever they are: they call functions, tell how far they are, and may die or leave."""
 
+import pickle
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from queue import SimpleQueue
 from typing import Any, TypeVar
 
-from bubblemesh.errors import FileError, LimitError
+from bubblemesh.errors import BubblemeshError, FileError, LimitError
 
 T = TypeVar("T")
 Note = tuple[int, int, int]  # number of a case that is at work, its finished rounds, and the nodes then (first 0 and 0)
@@ -19,6 +20,15 @@ TICK = 0.2  # seconds between looks at the notes of running jobs
 
 class WorkerDied(BrokenExecutor):
     """A worker process has ended without being asked to; the arguments are an exit code and words, as of `failure`."""
+
+
+def travelling(error: Exception) -> Exception:
+    """An error as it is if it can be pickled and comes back, else one of the package that tells its type and text."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        return BubblemeshError(f"{type(error).__name__}: {error}")
+    return error
 
 
 LEFT = WorkerDied(LimitError.exit_code, "the workers that were to mesh it have left, perhaps for want of memory")

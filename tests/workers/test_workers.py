@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from batches import LONG, SMALL, Finished, Note, batch, command, follow, lines_of, results_in, rows_of
 
-from bubblemesh.errors import CaseError, FileError
+from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.files import OWNER
 from bubblemesh.parts.work import Job
 from bubblemesh.process import resources
-from bubblemesh.workers.crew import crew_of
+from bubblemesh.workers.crew import answer, crew_of
 from bubblemesh.workers.hire import workers_at
 from bubblemesh.workers.local import local_workers
 from bubblemesh.workers.workers import WorkerDied
@@ -94,6 +94,24 @@ def test_a_call_that_a_process_cannot_understand_is_an_error_of_that_call_only(c
     with pytest.raises(ModuleNotFoundError, match="nowhere"):
         crew.submit(int, Unreadable()).result()
     assert crew.submit(int, "7").result() == 7
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        "type('Held', (ValueError,), {})('a fault')",  # of a class that nobody finds
+        "type('Held', (ValueError,), {'__reduce__': lambda self: (int, ('a fault',))})('a fault')",  # nor makes again
+    ],
+)
+def test_an_error_that_does_not_travel_is_told_and_the_process_stays(error):
+    with local_workers(1) as workers:
+        pid = workers.submit(os.getpid).result()
+        raising = f"(_ for _ in ()).throw({error})"
+        with pytest.raises(BubblemeshError, match=r"^Held: a fault$"):
+            workers.submit(eval, raising).result()
+        with pytest.raises(BubblemeshError, match=r"^Held: a fault$"):
+            workers.submit(answer, eval, raising).result().get()
+        assert workers.submit(os.getpid).result() == pid
 
 
 def test_what_a_process_prints_is_no_answer(crew):
