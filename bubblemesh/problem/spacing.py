@@ -346,7 +346,7 @@ def _in_plane(data: Term, domain: Domain) -> Term:
 
 def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
     """Spacings that are fine near something, and grow from there: one term for all whose distance takes long."""
-    found, key = tuple(_growing(terms, domain)), OneKey(Key(["spacing", "near" if terms.near else "labels"]))
+    found, key = tuple(_growing(terms, domain)), _key_near(terms, domain)
     fast = tuple(near for near in found if not near.costly)
     if len(fast) > MOST_TERMS:
         yield Spacing(Proximities(fast), keys=key)
@@ -355,6 +355,14 @@ def _near(terms: SpacingTerms, domain: Domain) -> Iterator[Spacing]:
     slow = tuple(near for near in found if near.costly)
     if slow:
         yield Spacing(slow[0] if len(slow) == 1 else Proximities(slow), keys=key, costly=True)
+
+
+def _key_near(terms: SpacingTerms, domain: Domain) -> Callable[[Floats], Sequence[Key]]:
+    """Keys of what is near something: terms of two keys that are alike are one, and told apart where it is asked."""
+    if not (terms.near and terms.labels):
+        return OneKey(Key(["spacing", "near" if terms.near else "labels"]))
+    near, labels = terms.model_copy(update={"labels": {}}), terms.model_copy(update={"near": None})
+    return Combination((*_near(near, domain), *_near(labels, domain))).keys
 
 
 def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:

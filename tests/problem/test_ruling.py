@@ -29,6 +29,13 @@ def test_terms_and_limits_are_called_by_their_keys():
     assert found == ["minimum", "minimum", "near", "maximum", "domain.regions.0.spacing"]
 
 
+@pytest.mark.parametrize("size", [0.5, 1.5])
+def test_near_and_labels_are_told_apart(size):
+    near = {"near": {"label": "line", "size": size}, "labels": {"south": 0.5}}  # by one law, or by two
+    places = [(75.1, 20), (10, 0.1), (75.1, 4), (40, 38)]
+    assert rulers({"value": 4} | near, places) == ["near", "labels", "labels" if size > 1 else "near", "value"]
+
+
 def test_terms_of_the_depth_are_told_apart():
     waves = {"depth": "10 + 0*x", "period": 2, "per_length": 10}  # sqrt(98.1) * 2 / 10, or 1.98
     slope = {"depth": "10 + 0.1*max(x - 80, 0)", "per_slope": 600, "filter": 2}  # 2 pi 10 / 60, or 1.05
