@@ -8,7 +8,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from bubblemesh.adaptivity.solution import Solution
+from bubblemesh.adaptivity.solution import Solution, read_solution
 from bubblemesh.case import Case, load_case
 from bubblemesh.errors import CaseError, Key, MeshWarning, in_call
 from bubblemesh.geometry.domain import Domain
@@ -179,17 +179,21 @@ def adapt(
     BubblemeshError
         One of its subclasses for a mistake of the user's, with the place and what to do.
     """
-    # Imported here since meshing alone needs neither readers of solutions nor estimates of errors.
+    # Imported here since meshing alone needs no estimates of errors.
     from bubblemesh.adaptivity import adapt as adapting
-    from bubblemesh.meshfiles.read import read_nodal_field
 
-    if isinstance(solution, Path | str):
-        read = read_nodal_field(Path(solution), field)
-        for note in read.notes:
-            warnings.warn(f"{solution}: {note}", MeshWarning, stacklevel=2)
-        solution = Solution.of(read.points, read.triangles, read.values, read.name)
-    elif field is not None:
-        raise CaseError(f"field: names data of a file, but the solution is given as arrays (found {field!r})")
-    if not isinstance(solution, Solution):
-        raise CaseError(f"solution: must be a Solution, or a file that holds one (found {type(solution).__name__})")
-    return adapting.adapted(case, solution, adapting.Target(error, nodes, anisotropic), exact, on_round)
+    if not isinstance(solution, Path | str):
+        if field is not None:
+            raise CaseError(f"field: names data of a file, but the solution is given as arrays (found {field!r})")
+        if not isinstance(solution, Solution):
+            raise CaseError(f"solution: must be a Solution, or a file that holds one (found {type(solution).__name__})")
+
+    def adapted() -> tuple[Result, list[str]]:
+        given = (solution, []) if isinstance(solution, Solution) else read_solution(Path(solution), field)
+        target = adapting.Target(error, nodes, anisotropic)
+        return adapting.adapted(case, given[0], target, exact, on_round), given[1]
+
+    result, notes = case.within_limits(adapted)
+    for note in notes:
+        warnings.warn(note, MeshWarning, stacklevel=2)
+    return result

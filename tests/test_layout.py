@@ -34,7 +34,7 @@ MAY_IMPORT = {
         *{"__version__", "case", "geometry", "kernels", "layers", "meshes", "meshfiles", "packing", "pages", "parts"},
         *{"problem", "spacing"},
     },
-    "adaptivity": FOUNDATION | {"case", "geometry", "meshes", "packing", "problem", "run", "spacing"},
+    "adaptivity": FOUNDATION | {"case", "geometry", "meshes", "meshfiles", "packing", "problem", "run", "spacing"},
     "workers": FOUNDATION | {"__version__", "parts"},
     "batch": FOUNDATION
     | {
@@ -47,7 +47,6 @@ MAY_IMPORT = {
         "case",
         "geometry",
         "meshes",
-        "meshfiles",
         "packing",
         "parts",
         "pictures",

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from commands import command
 
+from bubblemesh.api import adapt
 from bubblemesh.batch.plan import BatchOptions, plan_cases
 from bubblemesh.batch.worker import mesh_job
 from bubblemesh.case import load_case, overrides_of
@@ -238,6 +239,17 @@ def test_every_stage_of_a_run_is_watched(stage, strict, tmp_path, monkeypatch):
     outcome = mesh_job(entry.job(), lambda note: None)
     assert (outcome.row.exit_code, outcome.files) == (6, {})
     assert outcome.row.error.startswith("case.yaml: limits.seconds: the time limit of 1.5 s was over")
+
+
+def test_reading_a_solution_is_watched(strict, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.yaml").write_text(SQUARE + "limits: {seconds: 1.5}\n")
+    monkeypatch.setattr("bubblemesh.meshfiles.read.read_nodal_field", spin)
+    told = f"limits.seconds: the time limit of 1.5 s was over while {limits.STAGES['estimate'][0]}"
+    code, _, message = command("adapt", "case.yaml", "--solution", "solution.vtu", "-o", "out/")
+    assert (code, message.startswith(f"error: case.yaml: {told}")) == (6, True)
+    with pytest.raises(LimitError, match=told):
+        adapt(load_case("case.yaml"), "solution.vtu")
 
 
 @pytest.mark.parametrize("limit", ["", "limits: {seconds: 0.2}\n"])

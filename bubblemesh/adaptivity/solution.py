@@ -1,16 +1,18 @@
 """A finite element solution on a triangle mesh, and the check that this is one of the domain."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers, unmasked
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.messages import place, two_places
+from bubblemesh.process.limits import enter
 from bubblemesh.records import record
 
 ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary
@@ -64,6 +66,21 @@ class Solution:
         if len(flat):
             raise CaseError(f"the triangle around {place(points[triangles[flat[0]]].mean(axis=0))} has no area")
         return cls(points, np.where(areas[:, None] < 0, triangles[:, ::-1], triangles), values, name)
+
+
+def read_solution(path: Path, field: str | None) -> tuple[Solution, list[str]]:
+    """Solution in a file, by the name of its data if there is more, with notes on what was chosen.
+
+    Errors, which have the file, are those of `read_nodal_field` and of `Solution.of`.
+    """
+    # Imported here since few programs read a solution.
+    from bubblemesh.meshfiles.read import read_nodal_field
+
+    enter("estimate")
+    read = read_nodal_field(path, field)
+    with prefixed(path):
+        found = Solution.of(read.points, read.triangles, read.values, read.name)
+    return found, [f"{path}: {note}" for note in read.notes]
 
 
 def _array(name: str, given: Any) -> Any:

@@ -29,6 +29,9 @@ class Progress:
     def refuse(self, message: str) -> None:
         """Hear that a worker is left out, and why."""
 
+    def warn(self, message: str) -> None:
+        """Hear what the picture that compares the cases lacks."""
+
     def finish(self, number: int, row: Row, *, unchanged: bool = False) -> None:
         """Hear that a case has its row; ``unchanged`` if an earlier batch had done it."""
 

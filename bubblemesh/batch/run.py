@@ -32,7 +32,7 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progr
             # Only who has workers begins a summary: an old one is not given up for nothing.
             hire(len(left)) if left else nullcontext() as workers,
             closing(Summary(options, [*others, *done.values()])) as rows,
-            indexed(rows, own, options),
+            indexed(rows, own, options, progress.warn),
         ):
             progress.begin(own, len(done), rows.path)
             for number, row in done.items():

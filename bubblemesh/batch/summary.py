@@ -1,7 +1,7 @@
 """The summary of a batch on the disk: summary.jsonl and summary.csv, with a row for each case, and index.html."""
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -134,22 +134,26 @@ def require_no_index(entries: Iterable[Entry], options: BatchOptions) -> None:
 
 
 @contextmanager
-def indexed(summary: Summary, entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
+def indexed(
+    summary: Summary, entries: Iterable[Entry], options: BatchOptions, warn: Callable[[str], None]
+) -> Iterator[None]:
     """Write the page and the picture that compare the cases, where they are asked for, when the block ends.
 
     They are written however it ends. The rows stand there in the order of the entries, after those of cases outside the
-    batch. FileError if a file cannot be written.
+    batch. What the picture lacks is told by ``warn``. FileError if a file cannot be written.
     """
     try:
         yield
     except BaseException:
         with suppress(FileError):  # what has ended the block is to be told
-            _write_index(summary, entries, options)
+            _write_index(summary, entries, options, warn)
         raise
-    _write_index(summary, entries, options)
+    _write_index(summary, entries, options, warn)
 
 
-def _write_index(summary: Summary, entries: Iterable[Entry], options: BatchOptions) -> None:
+def _write_index(
+    summary: Summary, entries: Iterable[Entry], options: BatchOptions, warn: Callable[[str], None]
+) -> None:
     if not options.page and not options.history:
         return
     from bubblemesh.pages.index import index_page
@@ -157,7 +161,7 @@ def _write_index(summary: Summary, entries: Iterable[Entry], options: BatchOptio
     page, numbers = _page_of(options), {entry.row.key: entry.number for entry in entries}
     rows = sorted(summary.rows, key=lambda row: (numbers.get(row.key, 0), row.source, row.case))
     if options.history:
-        write_convergence(rows, options.root, options.root / f"{STEM}{options.suffix}{ENDING}")
+        write_convergence(rows, options.root, options.root / f"{STEM}{options.suffix}{ENDING}", warn)
     if not options.page:
         return
     with transaction(page.parent) as staging:

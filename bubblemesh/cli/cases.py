@@ -117,18 +117,19 @@ def adapt(
     """Mesh a case anew as its solution asks for: finer where the estimated error is large, coarser where small."""
     from bubblemesh import console
     from bubblemesh.adaptivity import adapt as adapting
-    from bubblemesh.adaptivity.solution import Solution
-    from bubblemesh.meshfiles.read import read_nodal_field
+    from bubblemesh.adaptivity.solution import read_solution
     from bubblemesh.run.destination import OutputOptions
 
     loaded = case_at(case, overrides, untrusted)
     target = adapting.Target(error, nodes, anisotropic, mark="--")
     place = destination_of(loaded, case, OutputOptions(output, formats or (), solvers or ()), as_json, solution)
-    read = read_nodal_field(solution, field)
-    console.warn([f"{solution}: {note}" for note in read.notes])
-    with located(str(solution)):
-        present = Solution.of(read.points, read.triangles, read.values, read.name)
-    deliver(partial(adapting.adapted, loaded, present, target, exact), loaded, case, place, as_json, quiet)
+
+    def adapted() -> None:
+        present, notes = read_solution(solution, field)
+        console.warn(notes)
+        deliver(partial(adapting.adapted, loaded, present, target, exact), loaded, case, place, as_json, quiet)
+
+    loaded.within_limits(adapted, f"{case}: ")
 
 
 @with_overrides(CASE_OPTIONS)

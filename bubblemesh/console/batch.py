@@ -54,6 +54,9 @@ class BatchProgress(console.Display, Progress):
     def refuse(self, message: str) -> None:
         console.warn([message])
 
+    def warn(self, message: str) -> None:
+        console.warn([message])
+
     def finish(self, number: int, row: Row, *, unchanged: bool = False) -> None:
         self.over.add(number)
         self.running.pop(number, None)

@@ -13,7 +13,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order, stems
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
-from bubblemesh.meshfiles.text import json_text
+from bubblemesh.meshfiles.text import json_text, write_text
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.process.limits import enter
 
@@ -85,9 +85,9 @@ def write_files(
         written = _completed(report, files, "writing", perf_counter() - begun)
         if page is not None:
             begun = perf_counter()
-            (staging / f"{name}{PAGE_FILE}").write_text(page(written), encoding="utf-8")
+            write_text(staging / f"{name}{PAGE_FILE}", [page(written)])
             written = _completed(written, files, "page", perf_counter() - begun)
-        (staging / files[-1]).write_text(json_text(written), encoding="utf-8")
+        write_text(staging / files[-1], [json_text(written)])
     return written
 
 
@@ -122,7 +122,7 @@ def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
 
 def _write_tables(tables: Mapping[str, str], folder: Path, name: str) -> None:
     for end, text in tables.items():
-        (folder / f"{name}{end}").write_text(text, encoding="utf-8")
+        write_text(folder / f"{name}{end}", [text])
 
 
 def _parts(mesh: Mesh | SlicedMesh) -> int:

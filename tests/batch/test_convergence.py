@@ -1,8 +1,11 @@
 """Histories in a batch, and the one picture that is made of them."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from batches import rows_of
+from commands import command
 from matplotlib.colors import to_hex
 
 from bubblemesh.batch.convergence import write_convergence
@@ -42,9 +45,22 @@ def _line(first):
 
 
 @pytest.mark.parametrize("content", ["", "round,iterations\n1,2\n", "iterations,quality_mean\nx,1\n", None])
-def test_a_table_that_is_gone_or_none_is_left_out(content, tmp_path):
+def test_a_table_that_is_gone_or_none_is_left_out_and_told(content, tmp_path):
     if content is not None:
         (tmp_path / "a.rounds.csv").write_text(content)
     row = Row("a", "a.yaml", DONE, folder=".", files={"a.rounds.csv": "hash"})
-    write_convergence([row], tmp_path, tmp_path / "convergence.svg")
+    told = []
+    write_convergence([row], tmp_path, tmp_path / "convergence.svg", told.append)
     assert not (tmp_path / "convergence.svg").exists()
+    assert told == [f"{tmp_path / 'a.rounds.csv'}: the table is damaged or gone: a is not in convergence.svg"]
+
+
+def test_a_batch_warns_of_a_table_of_earlier_cases(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("a.yaml").write_text(CASE)
+    Path("b.yaml").write_text(CASE.replace("[1, 2, 3]", "[1]"))
+    assert command("batch", "a.yaml", "-o", "out", "--history", "--jobs", "1", "-q")[0] == 0
+    Path("out/a-seed=2.rounds.csv").write_text("round,iterations\n")
+    code, _, message = command("batch", "b.yaml", "-o", "out", "--history", "--jobs", "1", "-q", "--resume")
+    assert code == 0
+    assert "out/a-seed=2.rounds.csv: the table is damaged or gone: a-seed=2 is not in convergence.svg" in message

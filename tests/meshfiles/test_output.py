@@ -101,6 +101,15 @@ def test_all_files_of_a_run_appear_and_the_report_lists_them(mesh, fields, tmp_p
     assert capfd.readouterr() == ("", "")
 
 
+def test_line_ends_are_the_same_on_every_system(mesh, fields, tmp_path, monkeypatch):
+    def only_with_a_line_end(path, text, *more, newline=None, **options):
+        assert newline == "\n", path
+
+    monkeypatch.setattr(Path, "write_text", only_with_a_line_end)
+    write_files(mesh, fields, {}, tmp_path, "plate", ["msh"], {".rounds.csv": "a\n"}, lambda report: "<p>\n")
+    assert (tmp_path / "plate.rounds.csv").read_bytes() == b"a\n"
+
+
 def test_the_same_mesh_gives_the_same_bytes(mesh, fields, tmp_path):
     for folder in ("a", "b"):
         write_files(mesh, fields, {}, tmp_path / folder, "plate", ALL)
