@@ -148,12 +148,13 @@ def _next_problem(
     field, now = MeshField.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
-    request = held_request(case, domain, within_limits(terms, (Spacing(field),), field.spots))
+    at = within_limits(terms, (Spacing(field),), field.spots)
+    request = held_request(case, domain, at)
     rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
     request, task = replace(request, rules=rules, nodes=nodes), task_of(case, domain)
     inner = others(len(solution.points), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
-    share = present.share_of_own_size(domain, request.at(None))
+    share = present.share_of_own_size(domain, at(None))
     if share >= FEWEST_KEPT:
         task = replace(task, previous=present)
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
