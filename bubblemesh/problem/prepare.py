@@ -4,16 +4,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from math import inf
 from typing import TYPE_CHECKING
 
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
-from bubblemesh.case.data_terms import several
-from bubblemesh.case.domain import RegionFile
 from bubblemesh.case.models import IN_METRIC
-from bubblemesh.errors import CaseError, Key, LimitError, about, at_key
-from bubblemesh.geometry.distance.distances import require_labels
+from bubblemesh.errors import CaseError, Key, LimitError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
@@ -22,10 +18,11 @@ from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.fitting import Asked, Fitted, asked_spacing, fitted_to_boundary
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
+from bubblemesh.problem.possible import require_possible
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.problem.shapes import length_in_file
 from bubblemesh.problem.slivers import open_gaps
-from bubblemesh.problem.spacing import SpacingRequest, case_spacing, largest_areas
+from bubblemesh.problem.spacing import SpacingRequest, case_spacing
+from bubblemesh.problem.task import task_of
 from bubblemesh.problem.warnings import Detail
 from bubblemesh.process.limits import enter, timed
 from bubblemesh.spacing.rules.grading import Ground
@@ -33,7 +30,6 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
 
 if TYPE_CHECKING:
-    from bubblemesh.layers.ladder import Ladder
     from bubblemesh.problem.metric import InMetric, MetricRequest
 
 NODES = Key(["spacing", "nodes"])
@@ -124,7 +120,7 @@ def check_spacing(
 
     A spacing that does not fit is a CaseError or a LimitError, with the place and what to do.
     """
-    _require_possible(domain, request, task)
+    require_possible(domain, request, task)
     with timed(seconds, "spacing"):
         asked = asked_spacing(domain, request, scale, task.max_nodes)
         metric = _metric(domain, asked, request, task, scale)
@@ -230,87 +226,3 @@ def _beside_layers(problem: Problem, ground: Ground | None, metric: "InMetric | 
         expected = rest.own_nodes + ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE)
         told = (*problem.warnings, *warnings.low_layers(figures(rest.strips)))
     return replace(problem, packing_spacing=packing, expected_nodes=expected, warnings=once_each(told), rest=rest)
-
-
-def _require_possible(domain: Domain, request: SpacingRequest, task: Task) -> None:
-    """Check that method and demands go with a metric, periodic sides, parts and layers; a CaseError if not."""
-    _require_possible_in_metric(request, task)
-    with about(Key(["domain", "periodic"])):  # where sides that are not there are told, too
-        if len(domain.periodic) and not task.method.relaxation.boundary_stays:
-            raise CaseError(
-                "domain.periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"
-            )
-    with about(Key(["parts"])):
-        if task.parts != 1 and not task.method.relaxation.boundary_stays:
-            raise CaseError("parts: bubbles would slide along the cuts: use relaxation: connected, or multilevel")
-    with about(Key(["layers"])):
-        if task.ladders and not task.method.relaxation.boundary_stays:
-            raise CaseError("layers: bubbles would slide along them: use relaxation: connected, or multilevel")
-
-
-def _require_possible_in_metric(request: SpacingRequest, task: Task) -> None:
-    """Check that what a task asks for beside a metric goes with it; a CaseError if not."""
-    if request.metrics and task.method_name != IN_METRIC:
-        with about(Key(["method"])):
-            raise CaseError(f"method: {task.method_name} packs no metric: leave method out, or use {IN_METRIC}")
-    if task.method_name != IN_METRIC:
-        return
-    # Imported here since few cases have a metric.
-    from bubblemesh.packing.ellipses.schemes import Schemes
-
-    reasons = {
-        "angle_min": (task.least_angle > 0, "its triangles are long, and small angles in space are no fault"),
-        "overconstrained": (task.inner_node, "it adds nodes by circles, which do not fit long triangles"),
-        "largest": (task.demanding, "it adds nodes by circles, which do not fit long triangles: bound the sizes"),
-    }
-    for key, (given, reason) in reasons.items():
-        if given:
-            with about(Key([key])):
-                raise CaseError(f"{key}: does not go with a metric: {reason}: leave it out")
-    Schemes.of(task.method)
-
-
-def task_of(case: Case, domain: Domain) -> Task:
-    """Task of a case: its method, limits and requirements."""
-    return Task(
-        name=str(case.name),
-        method_name=case.method,
-        configured=lambda: case.configured_method,
-        max_nodes=case.limits.max_nodes,
-        time_limit=case.limits.seconds,
-        settings=case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True),
-        order=case.output.order,
-        parts=None if case.parts == "auto" else case.parts or 1,
-        partition=case.output.partition,
-        requirements=case.require.model_dump(exclude_none=True),
-        least_angle=case.angle_min or 0.0,
-        inner_node=case.overconstrained is not None,
-        largest=inf if case.largest is None else case.largest,
-        largest_in=largest_areas(case, domain),
-        file_length=_file_length(case),
-        open_labels=_open_labels(case, domain),
-        ladders=_ladders(case, domain),
-    )
-
-
-def _open_labels(case: Case, domain: Domain) -> tuple[str, ...]:
-    """Labels of open water that a case names; a CaseError if the domain has not one of them."""
-    labels = several(case.output.open)
-    with at_key("output", "open"):
-        require_labels(domain, labels)
-    return labels
-
-
-def _ladders(case: Case, domain: Domain) -> "tuple[Ladder, ...]":
-    """Boundary layers of a case, if it asks for any."""
-    if case.layers is None:
-        return ()
-    from bubblemesh.problem.layers import ladders_of
-
-    return ladders_of(case.layers, domain)
-
-
-def _file_length(case: Case) -> float | None:
-    """Length in the case of 1 in the first file with regions that could be simplified, if there is such a file."""
-    files = [keys for keys in case.domain.regions if isinstance(keys, RegionFile) and keys.simplify is None]
-    return next((length for keys in files if (length := length_in_file(keys)) is not None), None)

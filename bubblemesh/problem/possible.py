@@ -1,0 +1,49 @@
+"""Whether what a task asks for goes together: a method, a metric, periodic sides, parts, layers and demands."""
+
+from collections.abc import Callable
+
+from bubblemesh.case.models import IN_METRIC
+from bubblemesh.errors import CaseError, Key, about
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.problem import Task
+from bubblemesh.problem.spacing import SpacingRequest
+
+
+def require_possible(domain: Domain, request: SpacingRequest, task: Task) -> None:
+    """Check that what a task asks for in a domain goes together; a CaseError, about the key, if not."""
+    if task.method_name == IN_METRIC:
+        _require_possible_in_metric(task)
+    elif request.metrics:
+        with about(Key(["method"])):
+            raise CaseError(f"method: {task.method_name} packs no metric: leave method out, or use {IN_METRIC}")
+    _require_still_boundary(domain, task)
+
+
+def _require_still_boundary(domain: Domain, task: Task) -> None:
+    """Check that bubbles on the boundary stay where anything asks for it."""
+    asked: dict[tuple[str, ...], tuple[Callable[[], bool], str]] = {
+        ("domain", "periodic"): (lambda: len(domain.periodic) > 0, "the sides"),
+        ("parts",): (lambda: task.parts != 1, "the cuts"),
+        ("layers",): (lambda: len(task.ladders) > 0, "them"),
+    }
+    for keys, (given, where) in asked.items():
+        with about(Key(list(keys))):  # where sides that are not there are told, too
+            if given() and not task.method.relaxation.boundary_stays:
+                key = ".".join(keys)
+                raise CaseError(f"{key}: bubbles would slide along {where}: use relaxation: connected, or multilevel")
+
+
+def _require_possible_in_metric(task: Task) -> None:
+    # Imported here since few cases have a metric.
+    from bubblemesh.packing.ellipses.schemes import Schemes
+
+    asked = {
+        "angle_min": (task.least_angle > 0, "its triangles are long, and small angles in space are no fault"),
+        "overconstrained": (task.inner_node, "it adds nodes by circles, which do not fit long triangles"),
+        "largest": (task.demanding, "it adds nodes by circles, which do not fit long triangles: bound the sizes"),
+    }
+    for key, (given, reason) in asked.items():
+        if given:
+            with about(Key([key])):
+                raise CaseError(f"{key}: does not go with a metric: {reason}: leave it out")
+    Schemes.of(task.method)
