@@ -45,7 +45,7 @@ class Spacing:
     def __call__(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) of the domain.
 
-        CaseError where it is zero, negative, infinite or no number; the text names the point.
+        CaseError where it is zero, negative, above 1e70 or no number; the text names the point.
         """
         d = self._values(points)
         bad = np.flatnonzero(~_usable(d))
@@ -53,7 +53,8 @@ class Spacing:
             k = bad[0]
             with at_key(*self.keys(points[k : k + 1])[0]):
                 raise CaseError(
-                    f"is {d[k]:g} at {place(points[k])}: it has to be positive and finite in the whole domain"
+                    f"is {d[k]:g} at {place(points[k])}: it has to be positive and finite "
+                    f"(at most {LARGEST_NUMBER:g}) in the whole domain"
                 )
         return d
 
@@ -100,7 +101,7 @@ class Spacing:
 
 
 def _usable(d: Floats) -> Booleans:
-    return np.isfinite(d) & (d > 0)
+    return (d > 0) & (d <= LARGEST_NUMBER)
 
 
 def require_positive(values: Floats, where: Callable[[int], str]) -> None:
@@ -108,7 +109,7 @@ def require_positive(values: Floats, where: Callable[[int], str]) -> None:
 
     CaseError with the first such value and its place.
     """
-    bad = np.flatnonzero(~(_usable(values) & (values <= LARGEST_NUMBER)))
+    bad = np.flatnonzero(~_usable(values))
     if len(bad):
         more = len(bad) - 1
         several = f", and {more} more {'value is' if more == 1 else 'values are'} as bad" if more else ""

@@ -165,7 +165,7 @@ def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floa
     """Places (k, 2) on thin walls and in their middles, and sides (k,) of cells there that keep both sides apart.
 
     They are looked for from the middles of short ``intervals`` (see `short_intervals`). A wall is as thick as the
-    largest disc that touches the boundary from outside.
+    largest disc that touches the boundary from outside, up to one as large as the domain.
     """
     boundary = domain.boundary
     piece, begin, length = intervals
@@ -173,7 +173,7 @@ def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floa
     piece, begin, length = piece[outer], begin[outer], length[outer]
     points, tangents = boundary.points(piece, begin + length / 2), boundary.tangents(piece, begin + length / 2)
     outward = np.column_stack([tangents[:, 1], -tangents[:, 0]])  # the domain is on the left
-    radius = WIDEST_WALL * spacing(points)
+    radius = np.minimum(WIDEST_WALL * spacing(points), domain.size)
     widest = radius.copy()
     tried, foot = np.arange(len(points)), np.full((len(points), 2), np.inf)
     while len(tried):

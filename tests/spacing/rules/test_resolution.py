@@ -27,6 +27,9 @@ from bubblemesh.spacing.terms.near import Proximity
 RECTANGLE = rings.rectangle(0, 0, 2, 1)
 
 
+looked = Domain.deep_outside
+
+
 def found(domain, spacing):
     return thin_walls(domain, spacing, short_intervals(domain, spacing))
 
@@ -40,6 +43,18 @@ def test_a_convex_outline_has_none():
 def test_wide_holes_are_none():
     walls, _ = found(Domain.of(RECTANGLE, [rings.circle((1, 0.5), 0.4)]), uniform(0.05))
     assert len(walls) == 0
+
+
+def test_walls_are_no_thicker_than_the_domain_however_large_the_spacing_is(monkeypatch):
+    domain = Domain.of(RECTANGLE, [rings.rectangle(0.6, 0.48, 1.4, 0.52)])
+    calls = []
+    monkeypatch.setattr(
+        Domain, "deep_outside", lambda self, points, depth: calls.append(depth) or looked(self, points, depth)
+    )
+    walls, sides = found(domain, uniform(1e60))
+    assert len(calls) < 20
+    assert len(walls)
+    assert (sides <= 0.02).all()
 
 
 @pytest.mark.parametrize("width", [0.05, 0.01])
