@@ -3,12 +3,12 @@
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, each_once
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.files import FORBIDDEN, LONGEST_NAME, is_writable
 from bubblemesh.meshes.mesh import Mesh
@@ -83,17 +83,20 @@ def group_names(mesh: Mesh) -> dict[str, Group]:
         twice = next((name for name, count in Counter(names).items() if count > 1), None)
         if twice is not None:
             raise CaseError(f"the name {twice!r} is there twice: give all that belong to it the same index")
+        taken = {*found, *names}
         for name in names:
             if not is_writable(name):
                 raise CaseError(
                     f"the label {name!r} cannot be written to a mesh file: use a name of at most {LONGEST_NAME} "
                     f"characters without {FORBIDDEN}"
                 )
-            found[_unused(name, suffix, {*found, *names} - ({name} - {*found}))] = Group(len(found) + 1, dimension)
+            free = _unused(name, suffix, taken) if name in found else name
+            found[free] = Group(len(found) + 1, dimension)
+            taken.add(free)
     return found
 
 
-def _unused(name: str, suffix: str, taken: Iterable[str]) -> str:
+def _unused(name: str, suffix: str, taken: Collection[str]) -> str:
     while name in taken:
         name += suffix
     return name
@@ -153,8 +156,10 @@ def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *
 
 def _places(mesh: Mesh) -> dict[int, dict[str, Any]]:
     """Nodes of the labelled points, by the ids of their groups."""
-    ids = node_ids(mesh)
-    return {int(number): {"nodes": mesh.labelled_nodes[ids == number].tolist()} for number in each_once(ids)}
+    found: dict[int, dict[str, Any]] = {}
+    for number, node in zip(node_ids(mesh).tolist(), mesh.labelled_nodes.tolist(), strict=True):
+        found.setdefault(number, {"nodes": []})["nodes"].append(node)
+    return dict(sorted(found.items()))
 
 
 def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:

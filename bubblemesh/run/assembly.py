@@ -1,13 +1,15 @@
 """From connected bubbles to a mesh with the domain's labels and regions; a coarse one for a picture of the spacing."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 
 from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.periodic import matching_edges
 from bubblemesh.meshes.edges import edge_keys, find_sides
 from bubblemesh.meshes.mesh import Mesh
@@ -103,22 +105,27 @@ def _frame(bubbles: Bubbles, domain: Domain) -> tuple[Mesh, Integers]:
     facets, piece = boundary.edges(bubbles.piece, bubbles.s)
     begin, end = boundary.arcs(facets, piece, bubbles.s)
     labels, label = np.unique(boundary.label[piece], return_inverse=True)
-    corners = bubbles.x[: bubbles.corners]
-    nodes = [np.hypot(*(corners - point.at).T).argmin() for point in parts.points]
-    point_labels = tuple(dict.fromkeys(point.label for point in parts.points))
+    numbers = {label: k for k, label in enumerate(dict.fromkeys(point.label for point in parts.points))}
     frame = Mesh(
         bubbles.x,
         np.zeros((0, 3), np.int64),
         facets,
         label,
         tuple(boundary.labels[k] for k in labels),
-        labelled_nodes=np.array(nodes, np.int64),
-        node_labels=np.array([point_labels.index(point.label) for point in parts.points], np.int64),
-        point_labels=point_labels,
+        labelled_nodes=_nearest(bubbles.x[: bubbles.corners], [point.at for point in parts.points]),
+        node_labels=np.array([numbers[point.label] for point in parts.points], np.int64),
+        point_labels=tuple(numbers),
         facet_middles=boundary.points(piece, boundary.wrapped(piece, (begin + end) / 2)),
         periodic=matching_edges(domain.periodic, piece),
     )
     return frame, piece
+
+
+def _nearest(corners: Floats, places: Sequence[Point]) -> Integers:
+    """Number (k,) of the corner, of some (n, 2), that is nearest to each of k places."""
+    if not places:
+        return np.zeros(0, np.int64)
+    return np.asarray(shapely.STRtree(shapely.points(corners)).nearest(shapely.points(places)), np.int64)
 
 
 def previewed(problem: Problem) -> tuple[Mesh, Floats]:

@@ -77,6 +77,22 @@ def test_a_label_named_like_the_region_keeps_its_name():
     assert groups["domain_region_region"] == (6, 2)
 
 
+def test_many_names_are_each_looked_up_a_few_times():
+    looked = []
+
+    class Name(str):
+        def __hash__(self):
+            looked.append(self)
+            return super().__hash__()
+
+    names = tuple(Name(f"point {k}") for k in range(500))
+    mesh = dataclasses.replace(
+        holed_square(), labelled_nodes=np.zeros(500, int), node_labels=np.arange(500), point_labels=names
+    )
+    assert len(group_names(mesh)) == 500 + len(mesh.labels) + len(mesh.regions)
+    assert len(looked) < 10 * 500
+
+
 @pytest.mark.parametrize("label", ['say "hi"', "back\\slash", "two\nlines", "bell\a"])
 @pytest.mark.parametrize("ending", ["msh", "xdmf"])
 def test_a_label_that_no_file_can_hold_is_refused(tmp_path, label, ending):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
@@ -95,21 +95,29 @@ def clipped(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) 
     open_ = ~kept.closed
     used = np.zeros(len(kept.corners), bool)
     used[kept.start[open_]] = used[kept.end[open_]] = True
-    owner: dict[int, str] = {}
-    for point in points:
-        at, label = point.at, point.label
-        there = np.hypot(*(kept.corners - at).T) <= tolerance
-        corner = int(there.argmax())  # a point inside is one by itself
-        with about(point.key):
-            if corner in owner:
-                raise GeometryError(f"the points {owner[corner]!r} and {label!r} are both at {place(at)}: remove one")
-            if not (used[there].any() or shapely.contains_xy(domain, *at)):
-                raise GeometryError(f"the point {label!r} at {place(at)} lies outside the domain: move or remove it")
-        used |= there
-        owner[corner] = label
+    places = shapely.points(np.array([point.at for point in points], float).reshape(-1, 2))
+    corners = shapely.STRtree(shapely.points(kept.corners))
+    point, corner = corners.query(places, predicate="dwithin", distance=tolerance)
+    inside = shapely.contains_xy(domain, shapely.get_coordinates(places))
+    inside[point[used[corner]]] = True
+    used[corner] = True
+    _require_inside_once(points, corners.nearest(places).tolist() if points else [], inside)
     number = np.append(np.cumsum(used) - 1, -1)  # -1 stays: no corner
     ends = [number[end] for end in (kept.start, kept.end)]
     return replace(kept, start=ends[0], end=ends[1], corners=kept.corners[used])
+
+
+def _require_inside_once(points: Sequence[InnerPoint], corners: Sequence[int], inside: Booleans) -> None:
+    """Check that points, each at one of some corners, are ``inside`` (k,), and no two of them at one corner."""
+    owner: dict[int, str] = {}
+    for point, corner, is_inside in zip(points, corners, inside.tolist(), strict=True):
+        at, label = place(point.at), point.label
+        with about(point.key):
+            if corner in owner:
+                raise GeometryError(f"the points {owner[corner]!r} and {label!r} are both at {at}: remove one")
+            if not is_inside:
+                raise GeometryError(f"the point {label!r} at {at} lies outside the domain: move or remove it")
+        owner[corner] = label
 
 
 def _require_lines(boundary: Boundary, paths: Sequence[OpenPath]) -> None:

@@ -169,6 +169,15 @@ def test_embedded_points_are_corners(at):
     assert has_corner(domain, *at)
 
 
+def test_many_points_are_looked_for_in_the_domain_at_once(monkeypatch):
+    calls, looked = [], shapely.contains_xy
+    points = [f"{{at: [{0.1 + 0.002 * k}, 0.3]}}" for k in range(300)]
+    monkeypatch.setattr(shapely, "contains_xy", lambda *given: calls.append(given) or looked(*given))
+    domain = domain_of(unit(points=points))
+    assert len(domain.boundary.corners) == 304
+    assert len(calls) < len(points)
+
+
 def test_a_point_on_a_curve_is_a_corner_of_it():
     x, y = 0.5 + 0.3 * np.cos(1), 0.5 + 0.3 * np.sin(1)
     text = unit(["{name: a, ring: {circle: {center: [0.5, 0.5], radius: 0.3}}}"], points=[f"{{at: [{x}, {y}]}}"])
