@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -27,6 +28,7 @@ FEW = 100_000  # nodes that the search for a scale may count, whatever the targe
 TIMES_TOO_MANY = 4  # the target: more nodes need no counting
 
 Trial = tuple[float, float]  # logarithms of the rough number and of the true one
+Found = TypeVar("Found")
 
 
 @record
@@ -74,19 +76,21 @@ class ScaleSearch:
     def problem(self, expected: float, start: float | None = None) -> Problem:
         """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be."""
         spent = replace(self.task, max_nodes=max(FEW, TIMES_TOO_MANY * self.nodes))
-        problems: dict[float, Problem] = {}
         time = dict(self.seconds)
 
-        def count(scale: float) -> float:
+        def at(scale: float) -> tuple[float, Problem | None]:
             try:
-                problems[scale] = self.check(spent, scale)
+                problem = self.check(spent, scale)
             except LimitError:
-                return np.inf
-            return problems[scale].expected_nodes
+                return np.inf, None
+            return problem.expected_nodes, problem
 
         with timed(time, "spacing"):
-            scale = scaled_to(expected, self.scales, count, start, self.key if start is None else None)
-        return self.of(replace(problems[scale], task=self.task, seconds=time), scale)
+            scale, problem = scaled_to(expected, self.scales, at, start, self.key if start is None else None)
+        if problem is None:
+            with at_key(*self.key):
+                raise out_of_reach(expected, np.inf)
+        return self.of(replace(problem, task=self.task, seconds=time), scale)
 
     def of(self, problem: Problem, scale: float) -> Problem:
         """The problem at a scale, which is made anew at others where its mesh misses the target."""
@@ -127,36 +131,39 @@ def correct(problem: Problem, target: NodeTarget, found: Sequence[tuple[float, i
 def scaled_to(
     nodes: float,
     scales: Scales,
-    count: Callable[[float], float],
+    at: Callable[[float], tuple[float, Found]],
     start: float | None = None,
     key: Key | None = None,
-) -> float:
-    """Find the scale at which a spacing asks for so many nodes, by the true number that ``count`` gives at a scale.
+) -> tuple[float, Found]:
+    """Find the scale at which a spacing asks for so many nodes; ``at`` a scale are the true number and what has it.
 
     The secant method on logarithms, over the rough number, which is quickly known, instead of the scale: the true
     number, infinite where it is far too large, is nearly proportional to it. It begins at the rough number ``start``,
     else at the target. If the number is out of reach, it is an error that names the ``key``: a CaseError if the limits
     of the spacing do not let it be that fine, a LimitError if they, or the boundary, do not let it be that coarse.
-    Without a key it is the nearest scale.
+    Without a key it is the nearest scale. What was found at others is not kept.
     """
     target, ends = np.log(nodes), scales.ends
     aim = target if start is None else np.log(start)
-    best, trials = (np.inf, 1.0), list[Trial]()
+    trials, nearest = list[Trial](), np.inf
     for _ in range(MOST_TRIALS):
         aim = float(np.clip(aim, *ends))
         scale = scales.at(aim)
-        trial = aim, float(np.log(count(scale)))
+        count, found = at(scale)
+        trial = aim, float(np.log(count))
         trials.append(trial)
-        best = min(best, (abs(trial[1] - target), scale))
-        if best[0] <= TOLERANCE:
+        if abs(trial[1] - target) <= nearest:
+            nearest, best = abs(trial[1] - target), (scale, found)
+        del found  # or what is not the best stays while the next one is made
+        if nearest <= TOLERANCE:
             break
         if (trial[1] > target and aim == ends[0]) or (trial[1] < target and aim == ends[1]):
             if key is None:
-                return scale
+                break
             with at_key(*key):
                 raise out_of_reach(nodes, float(np.exp(trial[1])))
         aim = next_aim(trials, target)
-    return best[1]
+    return best
 
 
 def next_aim(trials: Sequence[Trial], target: float, flattest: float = FLATTEST) -> float:

@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+import weakref
 
 import numpy as np
 import pytest
@@ -16,8 +17,9 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, Key, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.node_target import Scales, next_aim, scaled_to
+from bubblemesh.problem.node_target import Scales, ScaleSearch, next_aim, scaled_to
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.problem import Task
 from bubblemesh.spacing.spacing import Spacing
 
 TEETH = np.linspace(0, 2 * np.pi, 60, endpoint=False)
@@ -183,6 +185,12 @@ class TestSearch:
 
     scales = Scales(lambda u: float(np.log(1e4 * np.exp(-2 * u) + 30 * np.exp(-u) + 3)))
 
+    def found(self, nodes, count, key=None):
+        """Scale for a number of nodes, of which there are ``count`` at a scale."""
+        scale, same = scaled_to(nodes, self.scales, lambda s: (count(s), s), key=key)
+        assert scale == same
+        return scale
+
     @pytest.mark.parametrize(
         "count",
         [
@@ -202,23 +210,51 @@ class TestSearch:
             tried.append(scale)
             return float(count(scale))
 
-        scale = scaled_to(nodes, self.scales, counted)
+        scale = self.found(nodes, counted)
         assert count(scale) == pytest.approx(nodes, rel=0.006)
         assert len(tried) <= 9
         assert scale == tried[-1]
 
     def test_a_number_out_of_reach_is_an_error_unless_the_nearest_will_do(self):
         with pytest.raises(LimitError, match="at least about 700"):
-            scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2, key=Key(["nodes"]))
-        scale = scaled_to(500, self.scales, lambda s: 700 + 1e4 * s**-2)
+            self.found(500, lambda s: 700 + 1e4 * s**-2, key=Key(["nodes"]))
+        scale = self.found(500, lambda s: 700 + 1e4 * s**-2)
         assert scale > 50
 
     def test_a_number_always_too_large_to_count_is_an_error(self):
         with pytest.raises(LimitError, match="need far more"):
-            scaled_to(500, self.scales, lambda s: np.inf, key=Key(["nodes"]))
+            self.found(500, lambda s: np.inf, key=Key(["nodes"]))
+
+    def test_the_nearest_that_can_be_counted_will_do_where_the_last_cannot(self):
+        assert self.found(500, lambda s: 700 + 1e4 * s**-2 if s < 40 else np.inf) < 40
+
+    @pytest.mark.parametrize("start", [None, 1000.0])
+    def test_a_search_in_which_no_scale_can_be_checked_is_an_error(self, start):
+        def check(task, scale):
+            raise LimitError("too many")
+
+        # A number that changes so slowly with the scale that no trial reaches an end.
+        scales = Scales(lambda u: 7 - 2 * np.tanh(u / 10))
+        search = ScaleSearch(1000, scales, check, Task("a", "multilevel", None, 10**6, None, {}), {}, Key(["nodes"]))
+        with pytest.raises(LimitError, match=r"nodes: 1000 nodes are too few: .* need far more"):
+            search.problem(1000.0, start)
+
+    def test_of_all_problems_only_the_best_is_kept(self):
+        alive = []
+
+        class Thing:
+            pass
+
+        def at(scale):
+            assert sum(one() is not None for one in alive) <= 1
+            alive.append(weakref.ref(thing := Thing()))
+            return 7e3 * scale**-1.5 * (1 + 0.02 * np.sin(20 * scale)), thing
+
+        scaled_to(1000, self.scales, at)
+        assert len(alive) > 2
 
     def test_a_jump_across_the_number_ends_the_search(self):
-        scale = scaled_to(1000, self.scales, lambda s: 800.0 if s > 3 else 1300.0)
+        scale = self.found(1000, lambda s: 800.0 if s > 3 else 1300.0)
         assert scale == pytest.approx(3, rel=0.1)
 
     def test_the_secant_stays_between_both_sides(self):
