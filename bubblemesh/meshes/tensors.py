@@ -136,13 +136,7 @@ def intersections(some: Floats, others: Floats) -> Floats:
     P. J. Frey, F. Alauzet, "Anisotropic mesh adaptation for CFD computations", Comput. Methods Appl. Mech. Engrg. 194
     (2005), section 2.
     """
-    r11, r12, r22 = (root := roots(some)).T
-    # In the coordinates in which the first is the unit tensor: R^-T M R^-1.
-    i11, i12, i22 = 1 / r11, -r12 / (r11 * r22), 1 / r22
-    m11, m12, m22 = others.T
-    n11 = i11 * i11 * m11
-    n12 = i11 * (i12 * m11 + i22 * m12)
-    n22 = i12 * i12 * m11 + 2 * i12 * i22 * m12 + i22 * i22 * m22
+    n11, n12, n22 = _seen_from(root := roots(some), others)
     half, apart = (n11 + n22) / 2, np.hypot((n11 - n22) / 2, n12)
     angle = np.arctan2(n12, (n11 - n22) / 2) / 2
     c, s = np.cos(angle), np.sin(angle)
@@ -156,3 +150,20 @@ def intersections(some: Floats, others: Floats) -> Floats:
             r12 * r12 * k11 + 2 * r12 * r22 * k12 + r22 * r22 * k22,
         ]
     )
+
+
+def size_ratios(some: Floats, others: Floats) -> Floats:
+    """Largest ratios (n,), at least 1, of the sizes by both of two tensors (n, 3) in any one direction."""
+    n11, n12, n22 = _seen_from(roots(some), others)
+    half, apart = (n11 + n22) / 2, np.hypot((n11 - n22) / 2, n12)
+    small = (n11 * n22 - n12 * n12) / (half + apart)  # where the difference would cancel
+    return np.asarray(np.sqrt(np.maximum(half + apart, 1 / small)))
+
+
+def _seen_from(root: Floats, others: Floats) -> tuple[Floats, Floats, Floats]:
+    """Entries (n,) of tensors (n, 3) in coordinates in which others, given by their roots, are unit: R^-T M R^-1."""
+    r11, r12, r22 = root.T
+    i11, i12, i22 = 1 / r11, -r12 / (r11 * r22), 1 / r22
+    m11, m12, m22 = others.T
+    n12 = i11 * (i12 * m11 + i22 * m12)
+    return i11 * i11 * m11, n12, i12 * i12 * m11 + 2 * i12 * i22 * m12 + i22 * i22 * m22

@@ -19,7 +19,7 @@ from bubblemesh.geometry.distance.distances import distance_to_labels, require_l
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, require_positive_definite
+from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, require_positive_definite, size_ratios
 from bubblemesh.meshfiles.metric import read_metric
 from bubblemesh.messages import place, two_places
 from bubblemesh.problem.crs import bound_in, given_bounds, given_system, require_given
@@ -40,7 +40,7 @@ Value = float | Expression
 Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
-STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times that sizes may differ there
+STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times that a size may differ there
 TOLD = 1.001  # of the largest aspect: what is more of it is told
 ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
 LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
@@ -324,14 +324,14 @@ def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
     s = share * boundary.lengths[piece]
     mine, other, at = counterparts(boundary, pairs, piece, s)
     here, there = boundary.points(piece[mine], s[mine]), boundary.points(other, at)
-    times = np.abs(np.log(spacing(here)) - np.log(spacing(there)))
+    times = size_ratios(spacing.checked(here), spacing.checked(there))
     k = int(times.argmax())
-    if times[k] > np.log(DIFFERENT):
+    if times[k] > DIFFERENT:
         first, second = two_places(here[k], there[k])
         yield (
-            f"metric: its sizes differ {np.exp(times[k]):.3g} times between periodic sides, at {first} and {second}: "
-            "nodes there follow the smaller ones, and sizes jump beside the other side: make the metric the same on "
-            "both"
+            f"metric: its sizes in one direction differ {times[k]:.3g} times between periodic sides, at {first} and "
+            f"{second}: nodes there follow the smaller ones, and sizes jump beside the other side: make the metric the "
+            "same on both"
         )
 
 

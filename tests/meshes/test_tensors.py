@@ -3,7 +3,7 @@ import pytest
 from metrics import matrices, random_tensors
 
 from bubblemesh.kernels.tensors import lengths, mapped, mean_lengths, roots, unmapped
-from bubblemesh.meshes.tensors import area_sizes, axes, edge_lengths, intersections, multiplied, of_axes
+from bubblemesh.meshes.tensors import area_sizes, axes, edge_lengths, intersections, multiplied, of_axes, size_ratios
 
 
 @pytest.fixture
@@ -49,6 +49,17 @@ def test_an_intersection_is_within_both_ellipses_and_touches_them():
         assert (found >= np.maximum(mine, other) * (1 - 1e-9)).all()
         assert (found / np.maximum(mine, other)).min() < 1.001
     np.testing.assert_allclose(np.linalg.det(matrices(intersections(some, some))), np.linalg.det(matrices(some)))
+
+
+def test_the_ratio_of_sizes_is_the_largest_of_all_directions():
+    random = np.random.default_rng(5)
+    some, others = random_tensors(random, 100, 20), random_tensors(random, 100, 20)
+    angle = np.linspace(0, np.pi, 7201)
+    around = np.column_stack([np.cos(angle), np.sin(angle)])
+    for one, two, ratio in zip(some, others, size_ratios(some, others), strict=True):
+        mine, other = (lengths(np.broadcast_to(m, (len(angle), 3)), around) for m in (one, two))
+        assert ratio == pytest.approx(max((mine / other).max(), (other / mine).max()), rel=1e-4)
+    np.testing.assert_allclose(size_ratios(some, some), 1, rtol=1e-6)
 
 
 def test_the_intersection_with_a_size_across_only_leaves_the_other_direction():

@@ -156,7 +156,21 @@ def test_a_metric_that_differs_between_periodic_sides_is_told(sides, told):
     text = SQUARE.replace("}}", "}, periodic: [PAIR]}").replace("PAIR", sides)
     size = "(0.02 + 0.2*x)**-2"
     found = prepare(load_case("a.yaml", text=f"{text}metric: {{m11: {size}, m22: {size}}}\n")).warnings
-    assert any("its sizes differ 5 times between periodic sides, at (0, " in warning for warning in found) == told
+    assert any("differ 5 times between periodic sides, at (0, " in warning for warning in found) == told
+
+
+@pytest.mark.parametrize(
+    "metric",
+    [
+        "angle: pi/2*x, across: 0.02",  # of the same area, in another direction
+        'm11: "1/(0.02 + 0.08*x)**2", m22: "1/(0.1 - 0.08*x)**2"',
+        "angle: 0, across: 0.02 + 0.08*x",  # of which the area differs by less
+    ],
+)
+def test_a_metric_that_differs_in_one_direction_between_periodic_sides_is_told(metric):
+    text = SQUARE.replace("}}", "}, periodic: [[l, r]]}")
+    (told,) = prepare(load_case("a.yaml", text=f"{text}metric: {{{metric}}}\n")).warnings
+    assert "its sizes in one direction differ 5 times between periodic sides" in told
 
 
 @pytest.mark.parametrize(

@@ -63,18 +63,18 @@ class MetricSpacing(Spacing):
         """Tensors (n, 3) at points (n, 2)."""
         return self.axes(points).tensors
 
-    def _checked(self, points: Floats) -> Floats:
-        """Tensors as of `at`; CaseError as where the spacing is asked for."""
+    def checked(self, points: Floats) -> Floats:
+        """Tensors (n, 3) at points (n, 2) of the domain; CaseError where the metric is not positive and finite."""
         found = self.axes(points)
         _require_metric(points, found.diameters)
         return found.tensors
 
     def along(self, boundary: Boundary, piece: Integers, s: Floats) -> Floats:
         points, tangents = boundary.tracks(piece).places(s)
-        return 1 / lengths(self._checked(points), tangents)
+        return 1 / lengths(self.checked(points), tangents)
 
     def towards(self, points: Floats, directions: Floats) -> Floats:
-        return np.hypot(*directions.T) / lengths(self._checked(points), directions)
+        return np.hypot(*directions.T) / lengths(self.checked(points), directions)
 
     def anywhere_towards(self, points: Floats, directions: Floats) -> Floats:
         with np.errstate(divide="ignore", invalid="ignore"):
