@@ -57,8 +57,7 @@ def _figures(row: Mapping[str, Any], size: float) -> Markup:
         f"{told} At {shorter['share']:.1%} of the nodes ellipses are shorter along than the metric asks for, "
         f"{shorter['ratio']:.3g} times at ",
         where,
-        ", since it turns faster than straight edges can, or the boundary is finer there. With the shorter ones, "
-        f"quality is "
+        f": {', or '.join(shorter['reasons'])}. With the shorter ones, quality is "
         f"{shorter['quality_mean']:.4f} on average, 1 % is below {shorter['quality_p01']:.3f}, and the least is "
         f"{shorter['quality_min']:.3f}.",
     )

@@ -73,9 +73,9 @@ class InMetric(NamedTuple):
     def packing(self, domain: Domain, spacing: Spacing, max_nodes: int) -> MetricSpacing:
         """The spacing in the metrics for a packing of a domain, below one that is as fine as its boundary needs.
 
-        Where straight edges cannot follow it ellipses are shorter.
+        Where straight edges cannot follow it ellipses are shorter, and none is longer than the domain.
         """
-        fitted = MetricSpacing.of(Together(self.metrics, spacing), self.asked.aspect)
+        fitted = MetricSpacing.of(Together(self.metrics, spacing, domain.size), self.asked.aspect)
         bent = _graded(domain, fitted, self.metrics, max_nodes)
         return _with_fewer_nodes(bent.straightened(), bent, domain, max_nodes)
 
@@ -342,14 +342,15 @@ def below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
 
 @record
 class Together:
-    """The intersection of metrics, their aspects limited, with circles of a spacing."""
+    """The intersection of metrics, their aspects limited, with circles of a spacing, and of a largest size."""
 
     metrics: tuple[MetricRequest, ...]
     spacing: Spacing
+    largest: float = np.inf
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        d = self.spacing.extended(np.column_stack([x, y]))
+        d = np.minimum(self.spacing.extended(np.column_stack([x, y])), self.largest)
         if not self.metrics:
             return Axes(d, d, np.column_stack([np.ones(len(d)), np.zeros(len(d))]))
         first, *others = (metric.ellipses(x, y).within(d).wider(metric.aspect) for metric in self.metrics)

@@ -1,5 +1,6 @@
 """Figures of a mesh in a metric, as reports hold them."""
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,9 @@ from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import MetricSpacing
+from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH
+from bubblemesh.spacing.rules.rules import limited_for_packing_across_sides
+from bubblemesh.spacing.rules.sources import Sources
 
 if TYPE_CHECKING:
     from bubblemesh.problem.problem import Problem
@@ -19,11 +23,15 @@ JUMP = 4.0  # ratio of the sizes across of ellipses at both ends of an edge, fro
 TURN = 60.0  # degrees between their long axes, from which it is told
 ROUND = 2.0  # aspect up to which an ellipse may turn as it likes
 SHORTER = 0.95  # share of its length below which an ellipse is told to be shorter
+TURNS = "the metric turns faster than straight edges can"
+GROWS = f"the spacing grows faster than {STEEPEST_GROWTH:g} per length, to which it is held"
+SMALL = "the domain is smaller than the ellipses"
+FINER = "the boundary is finer"
 
 
 @record
 class ShortenedRow:
-    """Where straight edges cannot follow the metric, or the boundary is finer: there ellipses are shorter along."""
+    """Where ellipses are shorter along than the metric asks for, and why."""
 
     share: float  # of the nodes
     ratio: float  # of the lengths, the largest one
@@ -31,6 +39,7 @@ class ShortenedRow:
     quality_mean: float  # of all triangles in the metric with these shorter ellipses
     quality_p01: float
     quality_min: float
+    reasons: tuple[str, ...]  # from that of most of these nodes on
 
 
 @record
@@ -60,7 +69,7 @@ def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
     turn[(ellipses.aspects < ROUND)[edges].any(axis=1)] = 0.0
     most = [(float(by.max()), _middle(points[edges[by.argmax()]])) for by in (ratio, turn)]
     (steepest, at), (turned, there) = most
-    shorter = _shortened(measures, ellipses.along, packed)
+    shorter = _shortened(measures, ellipses.along, packed, problem)
     return MetricRow(float(ellipses.aspects.max()), share_within(lengths), steepest, at, turned, there, shorter)
 
 
@@ -69,7 +78,7 @@ def _middle(ends: Floats) -> tuple[float, float]:
     return x, y
 
 
-def _shortened(measures: Measures, along: Floats, packed: MetricSpacing) -> ShortenedRow | None:
+def _shortened(measures: Measures, along: Floats, packed: MetricSpacing, problem: "Problem") -> ShortenedRow | None:
     ratio = along / packed.axes(measures.points).along
     shorter = ratio > 1 / SHORTER
     if not shorter.any():
@@ -77,7 +86,20 @@ def _shortened(measures: Measures, along: Floats, packed: MetricSpacing) -> Shor
     q = measures_in(packed, measures.points, measures.triangles).radius_ratios
     x, y = measures.points[ratio.argmax()].tolist()
     figures = float(q.mean()), quantile(q, 0.01), float(q.min())
-    return ShortenedRow(float(shorter.mean()), float(ratio.max()), (x, y), *figures)
+    reasons = _reasons(measures.points[shorter], along[shorter], 1 / ratio[shorter], packed, problem)
+    return ShortenedRow(float(shorter.mean()), float(ratio.max()), (x, y), *figures, reasons)
+
+
+def _reasons(
+    points: Floats, along: Floats, share: Floats, packed: MetricSpacing, problem: "Problem"
+) -> tuple[str, ...]:
+    """Why ellipses at points (k, 2), ``along`` (k,) as the metric asks for, have these shares (k,) of that length."""
+    finer = share / packed.shares(points)  # the share but for what straight edges take
+    turning = packed.shares(points) < finer
+    held = limited_for_packing_across_sides(problem.domain, problem.after_periodic, Sources.none()).spacing
+    growing = held.extended(points) * SHORTER < finer * along
+    reason = np.select([turning, growing, along > problem.domain.size], [TURNS, GROWS, SMALL], FINER)
+    return tuple(text for text, _ in Counter(reason.tolist()).most_common())
 
 
 def unsteady_ellipses(metric: MetricRow | None) -> list[str]:
@@ -103,6 +125,6 @@ def _shorter(row: ShortenedRow | None) -> list[str]:
     if row is None:
         return []
     return [
-        f"the metric turns faster than straight edges can, or the boundary is finer: at {row.share:.1%} of the nodes "
-        f"ellipses are shorter along than it asks for, {row.ratio:.3g} times at {place(row.ratio_at)}"
+        f"{', or '.join(row.reasons)}: at {row.share:.1%} of the nodes ellipses are shorter along than the metric asks "
+        f"for, {row.ratio:.3g} times at {place(row.ratio_at)}"
     ]

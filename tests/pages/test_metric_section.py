@@ -12,6 +12,7 @@ def test_a_page_tells_the_figures_of_the_metric_and_draws_ellipses():
     row = result.report["metric"]
     assert f"{row['edges_within']:.1%} of the edges are between 0.71 and 1.41 long in the metric" in section
     assert f"{row['shortened']['ratio']:.3g} times at" in section
+    assert "the metric turns faster than straight edges can. With the shorter ones" in section
     assert section.count("<img") == 1
     assert "where they are longest" in section
 

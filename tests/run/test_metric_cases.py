@@ -56,6 +56,35 @@ def test_about_half_of_the_nodes_that_shorter_ellipses_take_are_saved_elsewhere(
     np.testing.assert_array_less(packing.shares(ahead), [1.001, 0.9])
 
 
+JUMP = "where(hypot(x - 0.5, y - 0.5) < 0.2, 0.03, 0.1)"
+HAIR = {"polygon": [[0, 0], [0.5, 0], [0.51, 0.0], [1, 0], [1, 1], [0, 1]]}
+
+
+@pytest.mark.parametrize(
+    ("metric", "keys", "reasons"),
+    [
+        ({**FRONT, "across": FRONT["across"].replace("0.02", "0.004")}, {}, ["the metric turns faster"]),
+        ({"m11": 1, "m22": 1}, {"spacing": JUMP}, ["the spacing grows faster than 0.4 per length"]),
+        ({"angle": 0, "across": 0.02}, {"outer": HAIR, "spacing": 0.2}, ["the boundary is finer"]),
+        ({"angle": 0.7, "across": 0.05}, {"spacing": 5}, ["the domain is smaller than the ellipses"]),
+    ],
+    ids=["turning", "growing", "boundary", "large"],
+)
+def test_why_ellipses_are_shorter_is_told(metric, keys, reasons):
+    report = mesh_case(metric_case(metric, **keys)).report
+    row = report.metric.shortened
+    assert [text for text in row.reasons if any(text.startswith(reason) for reason in reasons)] == list(row.reasons)
+    (told,) = (text for text in report.warnings if "shorter along than the metric asks for" in text)
+    assert told.startswith(f"{row.reasons[0]}: at ")
+
+
+def test_no_ellipse_is_longer_than_the_domain_is_wide():
+    problem = prepare(metric_case({"angle": 0.7, "across": 0.05}, spacing=5))
+    middle = np.array([[0.5, 0.5]])
+    assert problem.spacing.axes(middle).along == pytest.approx(5)
+    assert problem.packing_spacing.axes(middle).along <= 1.05
+
+
 def test_files_have_the_quality_in_the_metric_and_its_tensors():
     result = meshed(LONG)
     corners = result.mesh.points[result.mesh.triangles]
