@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from bubblemesh.meshes.quality import SpacingBetween
 
 View = tuple[float, float, float, float]
+MetricField = Annotated[
+    str | None,
+    typer.Option("--field", metavar="NAME", help="Name of the metric at the nodes, if the file has more data."),
+]
 
 
 def quality(
@@ -30,6 +34,7 @@ def quality(
     metric: Annotated[
         bool, typer.Option("--metric", help="Quality and edges in the metric that the file holds, as runs write it.")
     ] = False,
+    field: MetricField = None,
     as_json: AsJson = False,
 ) -> None:
     """Report the quality of a triangle mesh, or compare two."""
@@ -45,8 +50,10 @@ def quality(
     if metric:
         if other is not None or spacing is not None:
             raise CaseError("--metric: it goes with one mesh, and without --spacing")
-        in_metric(mesh, as_json)
+        in_metric(mesh, field, as_json)
         return
+    if field is not None:
+        raise CaseError("--field: it names a metric: use it with --metric")
     if other is not None:
         compare(mesh, other, wanted, as_json)
         return
@@ -61,8 +68,8 @@ def quality(
         show_quality(figures)
 
 
-def in_metric(mesh: Path, as_json: bool) -> None:
-    """Report the quality of a mesh in the metric that its file holds, but for boundary layers."""
+def in_metric(mesh: Path, field: str | None, as_json: bool) -> None:
+    """Report the quality of a mesh in the metric of a name that its file holds, but for boundary layers."""
     import numpy as np
 
     from bubblemesh import console
@@ -74,7 +81,7 @@ def in_metric(mesh: Path, as_json: bool) -> None:
 
     read = read_mesh(mesh)
     with prefixed(f"--metric: {mesh}"):
-        read = with_metric(read)
+        read = with_metric(read, field)
     points, triangles = read.mesh.points, read.mesh.triangles[:, :3]
     console.warn([*chosen(mesh, read.notes, read.left_out), *turned(mesh, points, triangles)])
     packed = read.cell_data.get(LAYER, np.zeros(len(triangles))) == 0
@@ -146,6 +153,7 @@ def plot(
     ellipses: Annotated[
         bool, typer.Option("--ellipses", help="Draw the ellipses of the metric that the file holds.")
     ] = False,
+    field: MetricField = None,
     labels: Annotated[bool | None, typer.Option("--labels/--no-labels", help="Colour the boundary by label.")] = None,
     view: Annotated[View | None, typer.Option("--view", help="Part to show: X0 Y0 X1 Y1.")] = None,
     zoom: Annotated[
@@ -171,6 +179,8 @@ def plot(
     from bubblemesh.pictures.plots import mesh_figure, require_picture, save_figure
     from bubblemesh.pictures.styles import PlotOptionError, PlotOptions
 
+    if field is not None and not ellipses:
+        raise CaseError("--field: it names a metric: use it with --ellipses, or --color for other data")
     path = output or Path(f"{mesh.stem}.png")
     require_picture(path)
     shown = PlotOptions(
@@ -191,7 +201,7 @@ def plot(
     read = read_mesh(mesh)
     console.warn(chosen(mesh, read.notes, read.left_out))
     try:
-        read = with_metric(read) if ellipses else read
+        read = with_metric(read, field) if ellipses else read
         figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
     except PlotOptionError as error:
         option = "zoom" if error.option == "view" and zoom is not None else error.option

@@ -264,7 +264,8 @@ class Mesh:
         Quadrilaterals are two triangles each, which are a pair of ``quads`` if they are convex. Triangles are turned
         counter-clockwise, edges of the boundary without a label are called ``boundary``, and a mesh without regions has
         the region ``domain``. Names that the file does not hold are taken from NAME.labels.json beside it. Of cells of
-        higher order the corners are read. Of the data of triangles ``fields`` has their metric, if there is one.
+        higher order the corners are read. Of the data the mesh has a metric, in ``fields`` and ``metric``: that of the
+        triangles, or of the nodes in a .sol beside a .mesh and in a .pos; the others have the mean of its logarithms.
 
         Warns
         -----

@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.meshes.metric import ENTRIES, nodes_of_triangles, tensors_in, triangles_of_nodes
 from bubblemesh.meshes.tensors import area_sizes, require_positive_definite
 from bubblemesh.meshfiles.read import (
+    MMG,
     MeshWithData,
     NodalField,
     cell_data_of,
@@ -22,6 +23,7 @@ from bubblemesh.messages import counted, place
 
 COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
 SAME_AS_M12 = {3: 1, 4: 2, 9: 3}  # column of m21, by the same
+TENSORS_TOLD = (*MMG, ".sol", ".pos")  # endings of files whose formats have a kind of data for tensors
 UNEQUAL = 1e-6  # relative difference of the two that is more than rounding of short numbers
 
 
@@ -43,25 +45,52 @@ def read_metric(path: Path, name: str | None, chosen_by: str = "--field") -> Nod
         return read._replace(values=_tensors(read.points, read.values))
 
 
-def with_metric(read: MeshWithData) -> MeshWithData:
+def with_metric(read: MeshWithData, name: str | None = None) -> MeshWithData:
     """The mesh with a metric among the data of its triangles: by that at its nodes if they have none.
 
-    CaseError if there is none at the nodes either, or more than one.
+    With a ``name`` it is by that data at the nodes in any case. CaseError if there is none at the nodes either, or more
+    than one.
     """
-    if tensors_in(read.cell_data) is not None:
+    if name is None and tensors_in(read.cell_data) is not None:
         return read
     names = _names(read.point_data)
-    if len(names) != 1:
-        found = f"has several that may be one at its nodes ({', '.join(names)})" if names else "holds no metric"
+    if name is not None and name not in read.point_data:
+        raise CaseError(f"has no data {name!r} at its nodes: it has {', '.join(own_names(read.point_data)) or 'none'}")
+    if name is None and len(names) > 1:
+        raise CaseError(f"has several that may be one at its nodes ({', '.join(names)}): choose one by --field")
+    if name is None and not names:
         raise CaseError(
-            f"{found}: its triangles need the data {', '.join(ENTRIES)}, or its nodes m11, m12 and m22 as one data, "
-            "those of a .mesh in the .sol beside it"
+            f"holds no metric: its triangles need the data {', '.join(ENTRIES)}, or its nodes m11, m12 and m22 as one "
+            "data, those of a .mesh in the .sol beside it"
         )
-    with prefixed(names[0]):
-        values = read.point_data[names[0]]
-        tensors = _tensors(read.mesh.points, values.reshape(len(values), -1))
-    entries = triangles_of_nodes(read.mesh.triangles, tensors).T
+    entries = triangles_of_nodes(read.mesh.triangles, _at_nodes(read, name or names[0])).T
     return read._replace(cell_data={**read.cell_data, **dict(zip(ENTRIES, entries, strict=True))})
+
+
+def metric_of(read: MeshWithData, path: Path) -> tuple[Floats, Floats] | None:
+    """The metric of a mesh from a file, of its triangles (t, 3) and at its nodes (n, 3); None if it has none for sure.
+
+    What the file has only for one of both is carried over by the mean of the logarithms. Data at the nodes counts in
+    formats that tell tensors from other data with as many numbers.
+    """
+    triangles, of_triangles = read.mesh.triangles, tensors_in(read.cell_data)
+    if of_triangles is not None:
+        return of_triangles, nodes_of_triangles(triangles, of_triangles, len(read.mesh.points))
+    names = _names(read.point_data) if path.suffix.lower() in TENSORS_TOLD else []
+    if len(names) != 1:
+        return None
+    try:
+        at_nodes = _at_nodes(read, names[0])
+    except CaseError:  # a tensor of another kind, as a stress
+        return None
+    return triangles_of_nodes(triangles, at_nodes), at_nodes
+
+
+def _at_nodes(read: MeshWithData, name: str) -> Floats:
+    """Positive tensors (n, 3) of the data of a name at the nodes; CaseError if it is no metric."""
+    values = read.point_data[name]
+    with prefixed(name):
+        return _tensors(read.mesh.points, values.reshape(len(values), -1))
 
 
 def _names(data: Mapping[str, Any]) -> list[str]:

@@ -9,8 +9,9 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.edges import directed_sides, edge_keys, one_sided
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.metric import ENTRIES, tensors_in
+from bubblemesh.meshes.metric import ENTRIES
 from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshfiles.metric import metric_of
 from bubblemesh.meshfiles.read import read_mesh
 
 BOUNDARY = "boundary"  # label of boundary edges that have none
@@ -21,21 +22,23 @@ DEPTHS = {"depth": 1.0, "elevation": -1.0, "bottom": -1.0, "z": -1.0}
 def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
     """Mesh of a file, and what of the file is not in it; errors as of `read_triangles`.
 
-    Of the data of triangles it keeps their metric, if there is one.
+    Of its data it keeps the metric, if there is one, for triangles and nodes.
     """
     read = read_mesh(path)
     mesh = read.mesh
     triangles = mesh.triangles.copy()
     turned = signed_areas(mesh.points, triangles) < 0
     triangles[turned] = triangles[turned][:, ::-1]
-    tensors = tensors_in(read.cell_data)
+    metric = metric_of(read, path)
     mesh = replace(
         mesh,
         triangles=triangles,
         regions=mesh.regions or ("domain",),
         depth=_depth(read.point_data),
-        fields={} if tensors is None else dict(zip(ENTRIES, tensors.T, strict=True)),
     )
+    if metric is not None:
+        of_triangles, at_nodes = metric
+        mesh = replace(mesh, metric=at_nodes, fields=dict(zip(ENTRIES, of_triangles.T, strict=True)))
     kinds = ", ".join(read.left_out)
     others = (f"cells that are no triangles or quadrilaterals are left out: {kinds}",) if kinds else ()
     higher = ("has cells of higher order: their corners are read",) if read.higher else ()

@@ -12,6 +12,7 @@ from scipy.linalg import expm
 
 from bubblemesh import load_case, mesh_case
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import nodes_of_triangles, triangles_of_nodes
 from bubblemesh.meshfiles.metric import read_metric, with_metric
 from bubblemesh.meshfiles.read import read_mesh
@@ -81,6 +82,69 @@ def test_ellipses_of_a_metric_at_the_nodes_are_drawn(folder, tmp_path):
     code, _, told = command("plot", "--ellipses", folder / "plain.vtu", "-o", tmp_path / "b.svg")
     assert code == 2
     assert "plain.vtu: holds no metric: its triangles need the data metric_11" in " ".join(told.split())
+
+
+@pytest.mark.parametrize("name", ["a.vtu", "a.mesh"])
+def test_a_mesh_that_is_read_keeps_its_metric(folder, tmp_path, name):
+    given = Mesh.read(folder / "a.vtu")
+    found = Mesh.read(folder / name)
+    assert found.quality().mean == pytest.approx(given.quality().mean, abs=2e-3)
+    assert found.write(tmp_path / "b.mesh") == ["b.mesh", "b.sol"]
+    found.write(tmp_path / "b.pos")
+    for file in ("b.mesh", "b.pos"):
+        again = Mesh.read(tmp_path / file)
+        order = np.lexsort(found.points.T), np.lexsort(again.points.T)  # nodes of a view have no numbers
+        np.testing.assert_allclose(again.metric[order[1]], found.metric[order[0]], rtol=1e-9)
+    np.testing.assert_allclose(
+        np.log(Mesh.read(folder / "a.mesh").metric[:, [0, 2]] / found.metric[:, [0, 2]]), 0, atol=0.5
+    )
+
+
+def test_three_numbers_are_no_metric_in_formats_that_do_not_say_so(folder, tmp_path):
+    assert Mesh.read(folder / "nodal.vtu").metric.shape == (0, 3)
+    (tmp_path / "a.mesh").write_bytes((folder / "a.mesh").read_bytes())
+    sol = (folder / "a.sol").read_text()
+    (tmp_path / "a.sol").write_text(sol.replace("\n1 3\n", "\n1 3\n-"))  # a stress
+    found = Mesh.read(tmp_path / "a.mesh")
+    assert (found.metric.shape, found.fields) == ((0, 3), {})
+
+
+def test_a_partition_keeps_the_metric_beside_a_mesh(folder, tmp_path):
+    code, _, told = command("partition", folder / "a.mesh", "2", "-o", tmp_path / "b.mesh", "-q")
+    assert code == 0, told
+    assert (tmp_path / "b.sol").read_text() == (folder / "a.sol").read_text()
+
+
+def test_of_several_that_may_be_the_metric_one_is_named(folder, tmp_path):
+    read = meshio.read(folder / "nodal.vtu")
+    two = {**read.point_data, "more": 4 * read.point_data["metric"]}
+    meshio.write(tmp_path / "two.vtu", meshio.Mesh(read.points, read.cells, point_data=two))
+    code, _, told = command("quality", "--metric", tmp_path / "two.vtu")
+    assert code == 2
+    assert "several that may be one at its nodes (metric, more): choose one by --field" in " ".join(told.split())
+    figures = {}
+    for name in ("metric", "more"):
+        code, out, told = command("quality", "--metric", "--field", name, tmp_path / "two.vtu", "--json")
+        assert code == 0, told
+        figures[name] = json.loads(out)["spacing"]["mean"]
+    assert figures["more"] == pytest.approx(2 * figures["metric"])
+    code, _, told = command("plot", "--ellipses", "--field", "more", tmp_path / "two.vtu", "-o", tmp_path / "a.svg")
+    assert code == 0, told
+
+
+@pytest.mark.parametrize(
+    ("words", "match"),
+    [
+        (["quality", "--field", "u"], "--field: it names a metric: use it with --metric"),
+        (["plot", "--field", "u"], "--field: it names a metric: use it with --ellipses"),
+        (["quality", "--metric", "--field", "w"], "has no data 'w' at its nodes: it has metric, u"),
+        (["quality", "--metric", "--field", "u"], "u: has 1 component: a metric has three"),
+    ],
+)
+def test_a_name_that_is_of_no_use_is_refused(folder, words, match):
+    code, _, told = command(*words, folder / "nodal.vtu")
+    assert code == 2
+    assert match in " ".join(told.split())
 
 
 def test_what_is_no_metric_at_the_nodes_is_told(folder, tmp_path):
