@@ -8,7 +8,7 @@ import pytest
 from squares import holed_square
 
 from bubblemesh.errors import BubblemeshError, FileError
-from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.meshfiles.read import read_mesh, read_triangles
 from bubblemesh.meshfiles.sources.source import Source
 
 DAMAGES = 60  # of each format
@@ -67,6 +67,14 @@ def test_a_damaged_file_is_read_or_refused(ending, tmp_path):
         except BubblemeshError:
             refused += 1
     assert 0 < refused < DAMAGES
+
+
+@pytest.mark.parametrize("ending", ["vtu", "vtk"])
+def test_a_file_without_points_and_cells_has_no_triangles(tmp_path, ending):
+    path = tmp_path / f"empty.{ending}"
+    meshio.write(path, meshio.Mesh(np.zeros((0, 3)), []))
+    with pytest.raises(FileError, match="holds no triangles"):
+        read_triangles(path)
 
 
 def test_a_set_with_cells_that_are_not_there_is_refused(tmp_path):

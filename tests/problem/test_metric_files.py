@@ -3,6 +3,7 @@
 import meshio
 import numpy as np
 import pytest
+from commands import refused
 from squares import holed_square
 
 from bubblemesh import load_case, mesh_case
@@ -181,6 +182,21 @@ def test_a_metric_that_is_no_number_is_told_without_more_ado(recwarn, metric):
     with pytest.raises(BubblemeshError, match="is not positive definite and finite"):
         prepare(case)
     assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    ("keys", "fault"),
+    [
+        ("metric: {like: boundary, label: wing, across: 0.01}", "metric.label: unknown label 'wing'"),
+        ("metric: {m11: 1 - 2*x, m22: 1}", "metric: is not positive definite and finite at (1, 0)"),
+        ("metric: [{m11: 1, m22: 1}, {file: none.vtu}]", "metric.1: none.vtu: "),
+        ("layers: [{on: wing, first: 0.01, count: 2}]", "layers.0.on: there is no side or line 'wing'"),
+    ],
+)
+def test_faults_that_the_domain_shows_are_told_with_their_line(tmp_path, monkeypatch, keys, fault):
+    monkeypatch.chdir(tmp_path)
+    told = refused(tmp_path, f"{SQUARE}{keys}\n", 5 if "file" in keys else 2)
+    assert told.startswith(f"error: case.yaml:3: {fault}")
 
 
 @pytest.mark.parametrize(

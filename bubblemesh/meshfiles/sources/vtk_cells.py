@@ -53,7 +53,7 @@ def vtk_source(
         raise FileError("its lists of cells do not fit together: the file is damaged")
     own = np.ones(len(types), bool)
     for name in GHOSTS:
-        if len(cell_data.get(name, ())) == len(own):
+        if name in cell_data and len(cell_data[name]) == len(own):
             own &= cell_data[name] == 0
     wrong = next((name for name, values in cell_data.items() if len(values) != len(types)), None) or next(
         (name for name, values in point_data.items() if len(values) != len(points)), None
