@@ -19,6 +19,7 @@ from bubblemesh.geometry.distance.distances import distance_to_labels, require_l
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.periodic import counterparts
+from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, require_positive_definite, size_ratios
 from bubblemesh.meshfiles.metric import read_metric
 from bubblemesh.messages import place, two_places
@@ -35,6 +36,7 @@ from bubblemesh.spacing.metric.gradation import graded
 from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
+from bubblemesh.spacing.terms.raster import Raster
 
 Value = float | Expression
 Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
@@ -45,6 +47,7 @@ TOLD = 1.001  # of the largest aspect: what is more of it is told
 ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
 LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
 GRADINGS, SAME = 5, 1.2  # one after the other, at most, and times that sizes may differ in the end
+NEGLIGIBLE = 0.01  # of the domain: what polygons in place of curves leave out
 INFINITE = 1e100  # size that asks for nothing
 
 
@@ -144,8 +147,9 @@ def _read(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]
     read = read_metric(Path(model.file), model.name, chosen_by="name")
     with prefixed(model.file):
         _require_meeting("mesh", (*read.points.min(axis=0).tolist(), *read.points.max(axis=0).tolist()), domain)
-    notes = tuple(f"{model.file}: {note}" for note in read.notes)
-    return TensorField.of(read.points, read.triangles, read.values), notes
+    field = TensorField.of(read.points, read.triangles, read.values)
+    notes = tuple(f"{model.file}: {note}" for note in (*read.notes, *_left_out("mesh", field, domain)))
+    return field, notes
 
 
 def _has_rasters(path: Path) -> bool:
@@ -169,7 +173,17 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[s
             raise CaseError("m11, m12 and m22 have pixels at other places: write them on one grid")
         tensors, columns = np.column_stack([one.values.ravel() for one in found]), len(first.x)
         require_positive_definite(area_sizes(tensors), lambda k: (first.x[k % columns], first.y[k // columns]))
-    return Entries(*found), notes
+    return Entries(*found), (*notes, *(f"{model.file}: {note}" for note in _left_out("grid", first, domain)))
+
+
+def _left_out(what: str, data: TensorField | Raster, domain: Domain) -> Iterator[str]:
+    """Note on the part of a domain that data does not reach."""
+    corners = Cover.of(domain).corners
+    middles, areas = corners.mean(axis=1), np.abs(doubled_areas(corners))
+    outside = ~data.holds(middles if domain.plane is None else domain.plane.given(middles))
+    share = areas[outside].sum() / areas.sum()
+    if share > NEGLIGIBLE:
+        yield f"its {what} leaves out about {share:.0%} of the domain: there the tensors at its nearest places count"
 
 
 def _require_meeting(what: str, bounds: Box, domain: Domain) -> None:

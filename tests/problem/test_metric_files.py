@@ -1,5 +1,7 @@
 """Metrics in files: tensors at the nodes of a mesh."""
 
+from dataclasses import replace
+
 import meshio
 import numpy as np
 import pytest
@@ -137,6 +139,16 @@ def test_a_mesh_that_lies_beside_the_domain_is_told(tmp_path, mesh):
         BubblemeshError, match=r"metric: .*m\.vtu: its mesh, from \(.*\) to \(.*\), lies beside the domain"
     ):
         prepare(case_with(tmp_path, "m.vtu"))
+
+
+def test_a_mesh_that_leaves_out_a_part_of_the_domain_is_told(tmp_path, mesh):
+    # The square of side 3 without its middle ninth, of which the domain takes 2.9 by 2.9.
+    write_vtu(mesh, tmp_path / "m.vtu", metric=tensors(mesh.points))
+    told = f"m.vtu: its mesh leaves out about {1 / 2.9**2:.0%} of the domain: there the tensors at its nearest places"
+    assert [text for text in prepare(case_with(tmp_path, "m.vtu")).warnings if told in text]
+    whole = replace(mesh, points=np.array([[-10.0, -10], [20, -10], [-10, 20]]), triangles=np.array([[0, 1, 2]]))
+    write_vtu(whole, tmp_path / "m.vtu", metric=tensors(whole.points))
+    assert not [text for text in prepare(case_with(tmp_path, "m.vtu")).warnings if "leaves out" in text]
 
 
 @pytest.mark.parametrize("sides", [["bottom"], ["bottom", "left"]])

@@ -117,3 +117,12 @@ def test_numbers_that_are_not_there_in_a_raster_of_an_expression_are_told_with_t
     spacing = {"value": 0.2, "raster": {"file": "m.npz", "name": "m11"}}
     with pytest.raises(BubblemeshError, match=r"metric: is not positive definite and finite at \("):
         prepare(case_with(tmp_path, {"m11": "raster.m11", "m22": 100}, spacing))
+
+
+@pytest.mark.parametrize(("width", "told"), [(0.5, "50%"), (1.0, None)])
+def test_a_grid_that_leaves_out_a_part_of_the_domain_is_told(tmp_path, width, told):
+    np.savez(tmp_path / "m.npz", m11=M11, m12=0 * M11, m22=M22)
+    problem = prepare(case_with(tmp_path, {"file": "m.npz", "bounds": [0, 0, width, 1]}))
+    found = [text for text in problem.warnings if "leaves out" in text]
+    share = f"its grid leaves out about {told} of the domain: there the tensors at its nearest places count"
+    assert [text.partition("m.npz: ")[2] for text in found] == ([] if told is None else [share])

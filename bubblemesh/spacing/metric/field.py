@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.tensors import Axes, logarithms, of_logarithms
 from bubblemesh.records import record
 from bubblemesh.spacing.terms.interpolation import MeshInterpolation
@@ -35,6 +35,10 @@ class TensorField:
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
         return of_logarithms(self._interpolation(self.logarithms, np.column_stack([x, y])))
+
+    def holds(self, places: Floats) -> Booleans:
+        """Whether places (m, 2) lie in the mesh."""
+        return self._interpolation.holds(places)
 
     @cached_property
     def _interpolation(self) -> MeshInterpolation:

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.records import record
 from bubblemesh.spacing.terms.locator import MeshRim, TriangleLocator
 
@@ -28,6 +28,10 @@ class MeshInterpolation:
             first, last = values[nodes[:, 0]], values[nodes[:, 1]]
             found[outside] = first + _of_rows(share, values) * (last - first)
         return np.asarray(found, float)
+
+    def holds(self, places: Floats) -> Booleans:
+        """Whether places (m, 2) lie in the mesh."""
+        return np.asarray(self._locator.located(places)[0] >= 0)
 
     @cached_property
     def _locator(self) -> TriangleLocator:

@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
+from bubblemesh.arrays import LARGEST_NUMBER, Booleans, Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import place
 from bubblemesh.records import record
@@ -78,6 +78,11 @@ class Raster:
         """Box (x0, y0, x1, y1) of the pixels; without an end where there is only one, whose size nothing tells."""
         (x0, x1), (y0, y1) = _reach(self.x), _reach(self.y)
         return x0, y0, x1, y1
+
+    def holds(self, places: Floats) -> Booleans:
+        """Whether places (m, 2) lie in pixels."""
+        x0, y0, x1, y1 = self.bounds
+        return np.asarray(((places >= (x0, y0)) & (places <= (x1, y1))).all(axis=1))
 
     @property
     def spots(self) -> Floats:
