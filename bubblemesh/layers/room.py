@@ -1,12 +1,12 @@
 """Room: how high columns may be before they meet each other, or a wall across."""
 
 import numpy as np
-import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import FEWEST
 from bubblemesh.layers.obstacles import Obstacles
+from bubblemesh.layers.sight import across
 from bubblemesh.layers.walls import Walls
 
 NARROWED = 0.35  # least width of the cells between two columns at their tops, in terms of that at their feet
@@ -14,7 +14,6 @@ SHARED = 0.3, 0.42  # of the way to a wall with layers: what a column may take a
 ALONE = 0.5, 0.8  # the same to a wall without
 ALONG = 0.45  # of a piece that a column follows
 STEEPEST = 0.6  # change of the height along the wall
-OWN_WALL = 1e-6  # of a line's length
 REACH = 2.5  # thicknesses that are looked at
 PASSES = 500
 
@@ -26,8 +25,9 @@ def room(columns: Columns, walls: Walls, obstacles: Obstacles, most: Integers) -
     every, few = np.arange(len(columns)), np.minimum(FEWEST, columns.wanted)
     thickness = np.maximum.reduce([columns.thickness, columns.tops(every, most), columns.tops(every, few)])
     height = np.where(columns.ends, 0.0, thickness)
-    height = np.minimum(height, _between_neighbours(columns))
-    height = np.minimum(height, _up_to(obstacles, columns, thickness))
+    narrowest = _between_neighbours(columns)
+    height = np.minimum(height, narrowest)
+    height = np.minimum(height, _up_to(obstacles, columns, thickness, narrowest))
     height = np.minimum(height, _along_pieces(columns, walls))
     return spread(columns, height)
 
@@ -59,28 +59,13 @@ def _between_neighbours(columns: Columns) -> Floats:
     return columns.least_of_pairs(height)
 
 
-def _up_to(obstacles: Obstacles, columns: Columns, thickness: Floats) -> Floats:
-    """Heights (c,) at which straight columns of a thickness (c,) have taken their part of the way to what is across."""
-    straight = np.flatnonzero((columns.follows < 0) & ~columns.ends)
-    reach = REACH * thickness[straight] + 2 * columns.spacing[straight]
-    # Columns with nodes in common go up from behind the wall.
-    start = np.where(columns.are_pinched, columns.first, 0.0)[straight]
-    origin = obstacles.seen(columns.at[straight]) + start[:, None] * columns.up[straight]
-    ray = columns.up[straight] * reach[:, None]
-    of, line = obstacles.tree.query(shapely.linestrings(np.stack([origin, origin + ray], axis=1)), "intersects")
-    along, across = (obstacles.end - obstacles.start)[line], obstacles.start[line] - origin[of]
-    (rx, ry), (ux, uy), (ox, oy) = ray[of].T, along.T, across.T
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = (ox * uy - oy * ux) / (rx * uy - ry * ux)
-    # A ray begins on its own wall.
-    met = np.isfinite(share) & (share * reach[of] > OWN_WALL * np.hypot(*along.T))
-    of, line, share = of[met], line[met], share[met]
-    order = np.argsort(-share, kind="stable")  # the last one written stays
-    way, shared = np.full(len(straight), np.inf), np.zeros(len(straight), bool)
-    way[of[order]], shared[of[order]] = (start[of] + share * reach[of])[order], obstacles.layered[line[order]]
-    height = np.full(len(columns), np.inf)
-    height[straight] = part_of(way, columns.spacing[straight], shared)
-    return height
+def _up_to(obstacles: Obstacles, columns: Columns, thickness: Floats, narrowest: Floats) -> Floats:
+    """Heights (c,) at which columns of a thickness (c,) have taken their part of the way to what is across.
+
+    Up to the heights ``narrowest`` (c,) that is also what ends between two of them.
+    """
+    seen = across(obstacles, columns, REACH * thickness + 2 * columns.spacing, narrowest)
+    return part_of(seen.nearest, columns.spacing, seen.layered)
 
 
 def part_of(way: Floats, spacing: Floats, shared: Booleans) -> Floats:

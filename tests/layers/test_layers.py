@@ -239,6 +239,18 @@ def test_layers_end_before_the_tip_of_what_has_none(tip):
     assert run(domain, layers, spacing=spacing).report["quality"]["min"] > 0.3
 
 
+@pytest.mark.parametrize("stop", [[[2.01, 0.3], [2.01, 0.8]], [[2.01, 0.3], [2.01, 0.5], [2.01, 0.8]]])
+def test_a_wall_with_layers_leaves_room_for_those_around_a_tip_across(stop):
+    domain = {
+        "outer": {"rectangle": [0, 0, 3, 1], "label": "far"},
+        "lines": [{"path": [[0.5, 0.5], [2, 0.5]], "label": "plate"}, {"path": stop, "label": "stop"}],
+    }
+    result = run(domain, {"on": ["plate", "stop"], "first": 0.004, "thickness": 0.05}, spacing=0.05)
+    compressed = {label: row_of(result, label)["first"]["least"] for label in ("plate", "stop")}
+    assert compressed["plate"] == pytest.approx(compressed["stop"], rel=0.1)
+    assert compressed["plate"] > 0.2
+
+
 @pytest.mark.parametrize(("x", "y"), [(5e5, 5e6), (-3e6, 10.0)])
 def test_a_place_far_from_the_origin_changes_no_layers(x, y):
     def at(x, y):
