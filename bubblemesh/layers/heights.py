@@ -11,7 +11,7 @@ from bubblemesh.spacing.spacing import Spacing
 FEWEST = 3  # layers, if so many are asked for: where there is no room for them they are compressed
 LEAST = 0.02  # factor of compressed layers; below it there are none
 WIDEST = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
-LARGEST_RATIO = 1.3  # ratio of the factors of neighbours
+LARGEST_RATIO = 1.7  # of the factors of neighbours: with a lower one many are compressed beside a gap
 PASSES = 1000
 ROUNDING = 1e-12  # relative: what is just as high as it may be is not lost by it
 

@@ -815,6 +815,17 @@ def test_layers_in_a_slot_are_compressed_and_told():
     assert "compressed to 0." in text
 
 
+def test_beside_a_gap_layers_are_compressed_along_few_edges_only():
+    baffle = {"path": [[1, 0.01], [1, 0.6]], "label": "baffle"}
+    domain = {"outer": {"rectangle": [0, 0, 2, 1], "label": "far"}, "lines": [baffle]}
+    problem = prepared(domain, {"on": "baffle", "first": 0.004, "count": 8}, spacing=0.05)
+    columns, factor = problem.rest.strips.columns, problem.rest.strips.heights.factor
+    low, high = np.sort(factor[columns.pair], axis=1).T
+    assert factor.min() < 0.5
+    assert (high <= 1.7 * low * (1 + 1e-12)).all()
+    assert columns.at[factor < 1, 1].max() < 0.07  # the second node above the tip
+
+
 def test_sizes_that_jump_are_told_with_the_count_that_lets_them_pass():
     result = run(CHANNEL, {"on": "bottom", "first": 0.001, "growth": 1.2, "count": 4})
     (text,) = [text for text in result.report["warnings"] if "times as high as the last" in text]
