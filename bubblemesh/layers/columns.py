@@ -58,6 +58,13 @@ class Columns:
         return found
 
     @property
+    def are_in_fans(self) -> Booleans:
+        """Mask (c,) of the columns that stand on one node with others."""
+        found = np.zeros(len(self), bool)
+        found[self.pair[self.fan]] = True
+        return found
+
+    @property
     def are_in_hollows(self) -> Booleans:
         """Mask (c,) of the columns that come nearer to each other, on edges far shorter than the first layer."""
         i, j = self.pair.T

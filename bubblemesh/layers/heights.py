@@ -84,13 +84,13 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
     more and the layers are not ``isotropic``. Columns that part end before they are much farther from each other than
     the spacing. All columns of a fan are as wide as those beside it.
     """
-    most, spaced, at_foot = np.zeros(len(columns), np.int64), columns.wanted.copy(), _widest(columns, 0.0)
+    most, spaced, at_foot = np.zeros(len(columns), np.int64), columns.wanted.copy(), widest_beside(columns, 0.0)
     for number, ladder in enumerate(columns.ladders):
         going = np.flatnonzero(columns.ladder == number)
         for height, top in zip(ladder.heights, ladder.tops[1:], strict=True):
             middle = np.full(len(going), top - height / 2)
             d = _spacing_at(columns, going, middle, spacing)
-            widest = _widest(columns, top)[going]
+            widest = widest_beside(columns, top)[going]
             wide = widest if ladder.isotropic else np.maximum(widest, columns.spacing[going])
             low = height <= np.minimum(wide, d) * (1 + ROUNDING)
             spaced[going[~low]] = most[going[~low]]
@@ -111,7 +111,7 @@ def _spacing_at(columns: Columns, which: Integers, height: Floats, spacing: Spac
     return np.where(np.isnan(d), columns.spacing[which], d)
 
 
-def _widest(columns: Columns, height: float) -> Floats:
+def widest_beside(columns: Columns, height: float) -> Floats:
     """Largest width (c,) at some height beside columns of the same foot or bend, but for those in fans."""
     at, foot = columns.places(np.arange(len(columns)), np.full(len(columns), height)), columns.foot[columns.leader]
     i, j = pair = columns.pair[columns.apart].T

@@ -4,13 +4,13 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.columns import Columns
-from bubblemesh.layers.heights import FEWEST
+from bubblemesh.layers.heights import FEWEST, widest_beside
 from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.sight import across
 from bubblemesh.layers.walls import Walls
 
 NARROWED = 0.35  # least width of the cells between two columns at their tops, in terms of that at their feet
-SHARED = 0.3, 0.42  # of the way to a wall with layers: what a column may take at least and at most
+SHARED = 0.3, 0.42  # of the way to a wall with layers: what a column may take at least, if edges are shorter, and at most
 ALONE = 0.5, 0.8  # the same to a wall without
 ALONG = 0.45  # of a piece that a column follows
 STEEPEST = 0.6  # change of the height along the wall
@@ -65,18 +65,23 @@ def _up_to(obstacles: Obstacles, columns: Columns, thickness: Floats, narrowest:
     Up to the heights ``narrowest`` (c,) that is also what ends between two of them.
     """
     seen = across(obstacles, columns, REACH * thickness + 2 * columns.spacing, narrowest)
-    return part_of(seen.nearest, columns.spacing, seen.layered)
+    # Between edges longer than the way to a wall triangles would be flat, but not above a fan, nor across from an end.
+    with np.errstate(divide="ignore"):
+        narrow = np.where(columns.are_in_fans, 1.0, np.minimum(seen.wall / widest_beside(columns, 0.0), 1.0))
+    return part_of(seen.nearest, columns.spacing, seen.layered, narrow)
 
 
-def part_of(way: Floats, spacing: Floats, shared: Booleans) -> Floats:
+def part_of(way: Floats, spacing: Floats, shared: Booleans, narrow: Floats) -> Floats:
     """Heights (k,) that columns may have of the ways (k,) to walls across: all but a spacing, within bounds.
 
-    What is ``shared`` (k,) with the layers of that wall is halved.
+    What is ``shared`` (k,) with the layers of that wall is halved. The lower bound is ``narrow`` (k,) times as high.
     """
     least, most = (np.where(shared, a, b) for a, b in zip(SHARED, ALONE, strict=True))
     with np.errstate(invalid="ignore"):
         return np.where(
-            np.isfinite(way), np.clip((way - spacing) / np.where(shared, 2, 1), least * way, most * way), np.inf
+            np.isfinite(way),
+            np.clip((way - spacing) / np.where(shared, 2, 1), narrow * least * way, most * way),
+            np.inf,
         )
 
 

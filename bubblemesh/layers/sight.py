@@ -30,7 +30,7 @@ class _Seen(NamedTuple):
 
 
 def across(obstacles: Obstacles, columns: Columns, reach: Floats, narrowest: Floats) -> Across:
-    """What straight columns see up to the heights ``reach`` (c,).
+    """What straight columns see up to the heights ``reach`` (c,), in their direction and in that at the foot.
 
     Two neighbours see ends of walls between them, below the heights at which they are ``narrowest`` (c,) too.
     """
@@ -38,7 +38,13 @@ def across(obstacles: Obstacles, columns: Columns, reach: Floats, narrowest: Flo
     # Columns with nodes in common go up from behind the wall.
     start = np.where(columns.are_pinched, columns.first, 0.0)
     origin = obstacles.seen(columns.at) + start[:, None] * columns.up
-    above = _above(obstacles, columns.up, origin, reach, np.flatnonzero(straight))
+    bent = straight & (columns.foot_up != columns.up).any(axis=1)
+    above = concatenated(
+        [
+            _above(obstacles, columns.up, origin, reach, np.flatnonzero(straight)),
+            _above(obstacles, columns.foot_up, origin, reach, np.flatnonzero(bent)),
+        ]
+    )
     wall, _ = _nearest(above, len(columns))
     pairs = columns.pair[straight[columns.pair].all(axis=1) & ~columns.pinch]
     ends = _between(obstacles, columns, origin, np.minimum(reach, narrowest), pairs)
@@ -50,7 +56,7 @@ def across(obstacles: Obstacles, columns: Columns, reach: Floats, narrowest: Flo
 
 
 def _above(obstacles: Obstacles, up: Floats, origin: Floats, reach: Floats, which: Integers) -> _Seen:
-    """Walls straight above the columns (k,), ``up`` (c, 2) from their origins (c, 2) to a reach (c,)."""
+    """Walls above the columns (k,), straight ``up`` (c, 2) from their origins (c, 2) to a reach (c,)."""
     ray = up * reach[:, None]
     rays = shapely.linestrings(np.stack([origin, origin + ray], axis=1)[which])
     of, line = obstacles.tree.query(rays, "intersects")

@@ -826,6 +826,23 @@ def test_beside_a_gap_layers_are_compressed_along_few_edges_only():
     assert columns.at[factor < 1, 1].max() < 0.07  # the second node above the tip
 
 
+CROSS = {
+    "outer": {"rectangle": [0, 0, 2, 1], "label": "far"},
+    "lines": [{"path": [[0.5, y], [1.5, 1 - y]], "label": "wall"} for y in (0.4, 0.6)],
+}
+SPIKE = {"outer": {"polygon": [[-1, 0], [-0.08, 0], [0, -0.9], [0.08, 0], [1, 0], [1, 1], [-1, 1]], "label": "wall"}}
+CHANNEL_OF_SHORT_WAYS = {"outer": {"rectangle": [0, 0, 1, 0.032], "labels": ["wall", "out", "wall", "in"]}}
+
+
+@pytest.mark.parametrize(
+    ("domain", "first", "least"), [(CROSS, 0.002, 0.5), (SPIKE, 0.002, 0.25), (CHANNEL_OF_SHORT_WAYS, 0.001, 0.6)]
+)
+def test_layers_leave_room_for_triangles_as_high_as_edges_allow(domain, first, least):
+    result = run(domain, {"on": "wall", "first": first, "until": "isotropic"}, spacing=0.05, packing={})
+    assert result.report["quality"]["min"] > least
+    assert row_of(result, "wall")["first"]["mean"] > 0.9
+
+
 def test_sizes_that_jump_are_told_with_the_count_that_lets_them_pass():
     result = run(CHANNEL, {"on": "bottom", "first": 0.001, "growth": 1.2, "count": 4})
     (text,) = [text for text in result.report["warnings"] if "times as high as the last" in text]
