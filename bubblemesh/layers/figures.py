@@ -19,7 +19,7 @@ LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside 
 FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
 MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not what makes sizes jump
 NEARLY = 0.05  # relative difference of a first height from the wanted one
-ENDED = "something is in their way, or they end one by one, as ends: taper lets them"
+ENDED = "something is in their way, or they end one by one at an end of the wall"
 
 
 @record

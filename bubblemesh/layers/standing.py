@@ -14,8 +14,9 @@ from bubblemesh.layers.pinches import SHORT, parting, pinched
 from bubblemesh.layers.walls import Walls, left_of, turned
 
 ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse
-STEEPEST_END = np.radians(45)  # between a wall with layers and one that its last column follows
-FLATTEST_END = np.radians(135)
+END_ROUNDING = 1e-6  # angles that are drawn as just these are among them
+STEEPEST_END = np.radians(45) - END_ROUNDING  # between a wall with layers and one that its last column follows
+FLATTEST_END = np.radians(135) + END_ROUNDING
 
 
 class _Row(NamedTuple):

@@ -460,6 +460,23 @@ def test_columns_that_end_as_they_have_to_are_no_cause_for_a_warning(ends):
     assert not told or ends == "taper"
 
 
+@pytest.mark.parametrize("x", [0.6, 1.0, 1.4])
+def test_the_last_columns_follow_walls_at_45_to_135_degrees(x):
+    line = {"path": [[1, 0], [x, 0.4]], "label": "line"}
+    domain = {"outer": {"rectangle": [0, 0, 2, 1], "label": "far"}, "lines": [line]}
+    problem = prepared(domain, {"on": "line", "first": 0.0005, "count": 10}, spacing=0.05)
+    assert not problem.rest.strips.columns.ends.any()
+
+
+def test_a_note_on_columns_that_end_before_names_no_key_that_the_case_does_not_have():
+    line = {"path": [[1, 0], [1.4, 0.1]], "label": "line"}
+    domain = {"outer": {"rectangle": [0, 0, 2, 1], "label": "far"}, "lines": [line]}
+    warnings = run(domain, {"on": "line", "first": 0.0005, "count": 10}, spacing=0.05).report["warnings"]
+    (text,) = (text for text in warnings if "times as high" in text)
+    assert "or they end one by one at an end of the wall" in text
+    assert "taper" not in text
+
+
 def test_layers_that_end_long_before_they_are_isotropic_are_told():
     """A short wall between others has too few columns for one layer fewer from column to column."""
     step = {"outer": {"polygon": [[0, 1], [1, 1], [1, 0.5], [4, 0.5], [4, 2], [0, 2]], "labels": ["a", "w", *"abcd"]}}
