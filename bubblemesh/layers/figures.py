@@ -1,6 +1,7 @@
 """Figures of boundary layers: what came out of them on the walls of each label."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,10 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, median
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.lacks import Lack, lacks, low_columns, lowest
-from bubblemesh.layers.ladder import MOST_LAYERS
+from bubblemesh.layers.ladder import MOST_LAYERS, Ladder
+from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.rest import Rest
+from bubblemesh.layers.room import room
 from bubblemesh.layers.strips import Strips
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.packing.net import Net
@@ -65,6 +68,11 @@ class LabelLayers:
         Largest ratio of a cell's width to its height.
     across_front : float or None
         Median of the ratio of heights across the front, fans left out: of packed triangles on it to the last layer.
+    advised : int or None
+        Number of layers with which heights would pass across the front, where they do not; none if a case may not ask
+        for so many.
+    roomy : bool
+        Whether there is room for these on most columns.
     """
 
     label: str
@@ -85,6 +93,8 @@ class LabelLayers:
     orthogonality: Mapping[str, float]
     aspect: float
     across_front: float | None
+    advised: int | None
+    roomy: bool
 
     @property
     def lacking(self) -> list[str]:
@@ -109,8 +119,9 @@ class LabelLayers:
             return f"{told}, since columns end before they have all layers: {ENDED}"
         if self.by_thickness:  # more of them would be thinner ones
             return f"{told}: first with until: isotropic, in place of thickness, lets sizes pass without a jump"
-        more = int(np.ceil(np.log(self.across_front) / np.log(self.growth))) if self.growth > 1 else 0
-        count = f", or count: {wanted}" if more and (wanted := self.count["wanted"] + more) <= MOST_LAYERS else ""
+        if not self.roomy:
+            return f"{told}, and there is no room for more of them: a finer spacing lets sizes pass"
+        count = "" if self.advised is None else f", or count: {self.advised}"
         return f"{told}: until: isotropic{count} lets sizes pass without a jump"
 
 
@@ -142,6 +153,9 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     low = low_columns(strips, which)
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
     next_ones = across[mine & columns.apart & np.isfinite(across)]
+    jump = median(next_ones) if len(next_ones) else None
+    wanted = int(heights.wanted[which[columns.ladder[which] == number]].max(initial=0))
+    advised = _advised(ladder, wanted, jump)
     return LabelLayers(
         label=label,
         region=ladder.region,
@@ -152,7 +166,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         growth=ladder.growth,
         first=_first_heights(first, length),
         count={
-            "wanted": int(heights.wanted[which[columns.ladder[which] == number]].max(initial=0)),
+            "wanted": wanted,
             "least": int(count.min()),
             "most": int(count.max()),
         },
@@ -164,8 +178,27 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         thickness=float(strips.height[which].mean()),
         orthogonality={"mean": float(angle.mean()), "least": float(angle.min())} if len(angle) else {},
         aspect=aspect,
-        across_front=median(next_ones) if len(next_ones) else None,
+        across_front=jump,
+        advised=advised,
+        roomy=advised is None or _is_roomy(strips, number, advised, which),
     )
+
+
+def _advised(ladder: Ladder, wanted: int, jump: float | None) -> int | None:
+    """Number of layers with which a jump from the last of so many ``wanted`` ones would be none, if there is one."""
+    if jump is None or jump <= LARGEST_JUMP or ladder.isotropic or ladder.by_thickness or ladder.growth <= 1:
+        return None
+    count = wanted + int(np.ceil(np.log(jump) / np.log(ladder.growth)))
+    return count if count <= MOST_LAYERS else None
+
+
+def _is_roomy(strips: Strips, number: int, count: int, which: Integers) -> bool:
+    """Whether so many layers of a ladder with a number would have room on most of the columns (k,)."""
+    ladders = list(strips.columns.ladders)
+    ladders[number] = replace(ladders[number], count=count)
+    columns = replace(strips.columns, ladders=tuple(ladders))
+    height = room(columns, strips.walls, Obstacles.of(strips.walls), np.zeros(len(columns), np.int64))
+    return bool((height >= columns.thickness)[which].mean() >= MOSTLY)
 
 
 def _lengths_beside(columns: Columns, mine: Booleans) -> Floats:

@@ -10,7 +10,7 @@ from bubblemesh.layers.sight import across
 from bubblemesh.layers.walls import Walls
 
 NARROWED = 0.35  # least width of the cells between two columns at their tops, in terms of that at their feet
-SHARED = 0.3, 0.42  # of the way to a wall with layers: what a column may take at least, if edges are shorter, and at most
+SHARED = 0.3, 0.42  # of the way to a wall with layers: what columns take at least, if edges are shorter, and at most
 ALONE = 0.5, 0.8  # the same to a wall without
 ALONG = 0.45  # of a piece that a column follows
 STEEPEST = 0.6  # change of the height along the wall

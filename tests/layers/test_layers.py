@@ -544,6 +544,15 @@ def test_no_count_is_advised_where_there_is_no_room_for_more_layers():
     assert "isotropic" not in text
 
 
+@pytest.mark.parametrize(("width", "advised"), [(0.07, False), (2, True)])
+def test_a_count_is_advised_where_walls_across_leave_room_for_it(width, advised):
+    domain = {"outer": {"rectangle": [0, 0, 1, width], "labels": ["wall", "out", "wall", "in"]}}
+    result = run(domain, {"on": "wall", "first": 0.001, "count": 8}, spacing=0.05)
+    (text,) = (text for text in result.report["warnings"] if "times as high" in text)
+    assert ("count: " in text) == advised
+    assert ("there is no room for more of them: a finer spacing lets sizes pass" in text) != advised
+
+
 def test_a_first_layer_as_high_as_the_spacing_is_there_all_along():
     result = run(CHANNEL, {"on": "bottom", "first": 0.1, "growth": 1.2, "until": "isotropic", "ends": "taper"})
     row = row_of(result, "bottom")
