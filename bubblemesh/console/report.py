@@ -13,6 +13,7 @@ from bubblemesh.messages import coordinate, counted, duration, place, run_second
 
 MOST_REPAIRS = 20  # that a table shows
 MOST_NAMES = 20  # of labels or files
+FAR_BEYOND = 10  # times the height of the last layer, that triangles beside it are at one place
 CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # and what they make the spacing finer than
 TITLES = {"quality": "q", "spacing": "edges l/d"}
 BAR = 22  # characters, at most
@@ -63,6 +64,8 @@ def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         aspect = f", aspect {row['aspect']:.3g}" if first else ""
         upright = f", {angle['least']:.0f} degrees upright or more" if angle else ""
         beyond = "" if row["across_front"] is None else f", {row['across_front']:.2f} times the last one beyond"
+        if beyond and (most := row["farthest"])["ratio"] > FAR_BEYOND:
+            beyond += f" (up to {most['ratio']:.3g} at {place(most['at'])})"
         yield (
             f"{row['label']}{where}: {number} in {counted(row['columns'], 'column')}, {row['complete']:.1%} complete"
             f"{heights}{aspect}{upright}{beyond}"

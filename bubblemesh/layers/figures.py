@@ -68,6 +68,8 @@ class LabelLayers:
         Largest ratio of a cell's width to its height.
     across_front : float or None
         Median of the ratio of heights across the front, fans left out: of packed triangles on it to the last layer.
+    farthest : mapping or None
+        The largest ``ratio`` of these, and the place ``at`` of the middle of that front.
     advised : int or None
         Number of layers with which heights would pass across the front, where they do not; none if a case may not ask
         for so many.
@@ -93,6 +95,7 @@ class LabelLayers:
     orthogonality: Mapping[str, float]
     aspect: float
     across_front: float | None
+    farthest: Mapping[str, Any] | None
     advised: int | None
     roomy: bool
 
@@ -152,8 +155,8 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     full = (count >= heights.wanted[which]) & (factor == 1)
     low = low_columns(strips, which)
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
-    next_ones = across[mine & columns.apart & np.isfinite(across)]
-    jump = median(next_ones) if len(next_ones) else None
+    beyond = np.flatnonzero(mine & columns.apart & np.isfinite(across))
+    jump = median(across[beyond]) if len(beyond) else None
     wanted = int(heights.wanted[which[columns.ladder[which] == number]].max(initial=0))
     advised = _advised(ladder, wanted, jump)
     return LabelLayers(
@@ -179,9 +182,18 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         orthogonality={"mean": float(angle.mean()), "least": float(angle.min())} if len(angle) else {},
         aspect=aspect,
         across_front=jump,
+        farthest=_farthest(strips, beyond, across[beyond]),
         advised=advised,
         roomy=advised is None or _is_roomy(strips, number, advised, which),
     )
+
+
+def _farthest(strips: Strips, pairs: Integers, ratio: Floats) -> dict[str, Any] | None:
+    """The largest of the ratios (k,) beyond the fronts of pairs (k,), with the middle of its front."""
+    if len(pairs) == 0:
+        return None
+    front = strips.x[strips.fronts[pairs[ratio.argmax()]]]
+    return {"ratio": float(ratio.max()), "at": tuple(front.mean(axis=0).tolist())}
 
 
 def _advised(ladder: Ladder, wanted: int, jump: float | None) -> int | None:

@@ -544,6 +544,17 @@ def test_no_count_is_advised_where_there_is_no_room_for_more_layers():
     assert "isotropic" not in text
 
 
+def test_the_largest_jump_is_told_with_its_place(capsys):
+    layers = {"on": "bottom", "first": 0.004, "growth": 1.3, "until": "isotropic", "ends": "taper"}
+    result = run(CHANNEL, layers, spacing=0.1)
+    row = row_of(result, "bottom")
+    assert row["across_front"] < 2 < 10 < row["farthest"]["ratio"]
+    x, _ = row["farthest"]["at"]
+    assert min(x, 4 - x) < 0.3  # where layers end one by one
+    show_quality(result.report)
+    assert "(up to" in "".join(capsys.readouterr())
+
+
 @pytest.mark.parametrize(("width", "advised"), [(0.07, False), (2, True)])
 def test_a_count_is_advised_where_walls_across_leave_room_for_it(width, advised):
     domain = {"outer": {"rectangle": [0, 0, 1, width], "labels": ["wall", "out", "wall", "in"]}}
