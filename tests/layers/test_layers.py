@@ -555,6 +555,14 @@ def test_the_largest_jump_is_told_with_its_place(capsys):
     assert "(up to" in "".join(capsys.readouterr())
 
 
+@pytest.mark.parametrize(("first", "layers"), [(0.025, 2), (0.026, 0), (0.05, 0)])
+def test_equal_corners_have_equally_many_layers_whatever_the_first_height(first, layers):
+    room = {"outer": {"rectangle": [-1, -1, 1, 1], "label": "wall"}}
+    strips = prepared(room, {"on": "wall", "first": first, "until": "isotropic"}, spacing=0.05).rest.strips
+    corners = (np.abs(strips.columns.at) == 1).all(axis=1)
+    assert strips.heights.count[corners].tolist() == [layers] * 4
+
+
 @pytest.mark.parametrize(("width", "advised"), [(0.07, False), (2, True)])
 def test_a_count_is_advised_where_walls_across_leave_room_for_it(width, advised):
     domain = {"outer": {"rectangle": [0, 0, 1, width], "labels": ["wall", "out", "wall", "in"]}}
