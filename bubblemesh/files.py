@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from copy import copy
 from glob import escape
-from io import BufferedReader
+from io import BufferedReader, BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory, gettempdir
 from typing import BinaryIO
@@ -22,6 +22,7 @@ except ImportError:  # Windows
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, LimitError, prefixed
 
 MOST_BYTES = 500_000_000  # of a case, and of a file with geometry or data
+BLOCK = 1_000_000  # bytes that are read at once
 NO_FILE = "a pipe or a device: write what it gives to a file first, or pipe a case in by bubblemesh run -"
 READ = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_BINARY"))  # as systems have it
 FOLDER = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_DIRECTORY", "O_NOFOLLOW"))
@@ -131,15 +132,18 @@ def read_bytes(path: Path, what: str = "file") -> bytes:
 
 def content_of(stream: BinaryIO, what: str = "file") -> bytes:
     """All bytes of a stream; FileError if they cannot be read, LimitError if there are more than `MOST_BYTES`."""
+    content = BytesIO()
     try:
-        content = stream.read(MOST_BYTES + 1)
+        # A stream sets aside as much memory as it is asked to read, however little there is.
+        while block := stream.read(BLOCK):
+            content.write(block)
+            if content.tell() > MOST_BYTES:
+                raise _too_large(what)
     except OSError as error:
         raise unreadable(error, what) from None
-    if content is None:  # a file of the system whose bytes are yet to come
+    if block is None:  # a file of the system whose bytes are yet to come
         raise unreadable(f"it is {NO_FILE}", what)
-    if len(content) > MOST_BYTES:
-        raise _too_large(what)
-    return content
+    return content.getvalue()
 
 
 def read_text(path: Path) -> str:

@@ -272,7 +272,7 @@ needs_memory_limit = pytest.mark.skipif(not limits.memory_can_be_limited(), reas
 def mapped_limit():
     import resource
 
-    return resource.getrlimit(resource.RLIMIT_AS)
+    return resource.getrlimit(resource.RLIMIT_DATA)
 
 
 @needs_memory_limit
@@ -340,6 +340,36 @@ def test_memory_is_limited_in_run_check_and_batch(tmp_path, monkeypatch):
     outcome = mesh_job(entry.job(), lambda note: None)
     assert outcome.row.exit_code == 6
     assert "limits.max_memory_mb" in outcome.row.error
+
+
+@needs_memory_limit
+def test_a_small_file_is_read_in_little_memory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.yaml").write_text("domain: {outer: {file: ring.txt}}\nspacing: 0.2\n")
+    (tmp_path / "ring.txt").write_text("0 0\n1 0\n1 1\n0 1\n")
+    for name in ("run", "check"):
+        code, _, message = command(name, "case.yaml", "--set", f"limits.max_memory_mb={megabytes_held() + 200}")
+        assert code == 0, message
+    limited = (tmp_path / "case.yaml").read_text() + f"limits: {{max_memory_mb: {megabytes_held() + 200}}}\n"
+    (tmp_path / "limited.yaml").write_text(limited)
+    (entry,) = plan_cases(["limited.yaml"], BatchOptions(folder="batch"))
+    assert mesh_job(entry.job(), lambda note: None).row.exit_code == 0
+
+
+@needs_memory_limit
+@pytest.mark.parametrize("before", ["60, None", "None, None"])
+@pytest.mark.parametrize("seconds", [60, None])
+def test_a_limit_on_time_leaves_that_on_memory_as_it_is(before, seconds):
+    """The C library maps a heap of 64 MB for each thread, of which other threads take when theirs is full."""
+    code = (
+        "import time\nfrom bubblemesh.process.limits import MEMORY, within\n"
+        "def hold(pieces):\n    return len([bytes(1000) for _ in range(pieces)])\n"
+        f"within(lambda: hold(1), {before}, time.perf_counter())\n"
+        "held = int(MEMORY.read_text().split()[1]) * 4096 // 10**6\n"
+        f"within(lambda: hold(70_000), {seconds}, held + 40, time.perf_counter())\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert "MB is needed" in ended.stderr
 
 
 def test_a_system_without_limits_on_memory_is_told_of(monkeypatch, tmp_path):

@@ -43,7 +43,8 @@ AGAIN = 1.0  # seconds until an exception that a library has swallowed is raised
 IMPORT_POLL = 0.02  # seconds until an import may be over
 LONGEST_WAIT = 3600.0  # seconds that a thread waits at once
 MEGABYTE = 1e6
-MEMORY = Path("/proc/self/statm")  # of Linux: pages that are mapped, and those of them that are in the memory
+MEMORY = Path("/proc/self/statm")  # of Linux: pages that the process holds, and those of its own that it may hold
+HELD, DATA = 1, 5  # their places there
 
 
 class Late(BaseException):
@@ -120,7 +121,7 @@ class MemoryLimit:
 
     def __init__(self, megabytes: float | None, place: str) -> None:
         self.megabytes, self._place = megabytes, place
-        self._mapped = 0  # bytes that the process may map
+        self._data = 0  # bytes that the process may have for data
 
     def begin(self) -> None:
         """Limit the memory from now on; a LimitError if the process holds as much already."""
@@ -128,14 +129,15 @@ class MemoryLimit:
             return
         import resource
 
-        mapped, held = (int(pages) * resource.getpagesize() for pages in MEMORY.read_text().split()[:2])
+        pages = [int(number) * resource.getpagesize() for number in MEMORY.read_text().split()]
+        data, held = pages[DATA], pages[HELD]
         if held > self.megabytes * MEGABYTE:
             raise self._error(f"the program alone holds {held / MEGABYTE:.0f} MB: raise the limit")
-        # Mapped is more than held: libraries, and memory of the past.
-        self._mapped = mapped + int(self.megabytes * MEGABYTE) - held
+        # Data and not all that is mapped: each thread's heap is mapped at once, for arrays of others to come as well.
+        self._data = data + int(self.megabytes * MEGABYTE) - held
         with self._lock:
             if MemoryLimit._before is None:
-                MemoryLimit._before = resource.getrlimit(resource.RLIMIT_AS)
+                MemoryLimit._before = resource.getrlimit(resource.RLIMIT_DATA)
             self._wanted.append(self)
             self._apply()
 
@@ -163,8 +165,8 @@ class MemoryLimit:
         assert MemoryLimit._before is not None
         soft, hard = MemoryLimit._before
         given = [value for value in (soft, hard) if value != resource.RLIM_INFINITY]
-        least = min([*given, *(limit._mapped for limit in self._wanted)], default=soft)
-        resource.setrlimit(resource.RLIMIT_AS, (least if self._wanted else soft, hard))
+        least = min([*given, *(limit._data for limit in self._wanted)], default=soft)
+        resource.setrlimit(resource.RLIMIT_DATA, (least if self._wanted else soft, hard))
         if not self._wanted:
             MemoryLimit._before = None
 
