@@ -29,6 +29,7 @@ FOLDER = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_DIRECTORY", "O_N
 TOO_MANY_FILES = errno.EMFILE, errno.ENFILE
 MORE_FILES = "let this process open more (ulimit -n 4096), or give a batch fewer --jobs, each of which takes three"
 OWNER = ".bubblemesh-owner"  # file in a temporary folder whose lock its process holds
+LONGEST_FILE_NAME = 255  # bytes, as usual file systems have it
 LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
 MOST_NAME_BYTES = 253  # of such a name, that Gmsh reads
 FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
@@ -180,6 +181,11 @@ def beside(path: Path, endings: Collection[str]) -> list[Path]:
     except OSError:  # the folder cannot be looked into, which who opens the file itself will be told
         return []
     return [other for other in others if other.suffix.lower() in endings and other.stem == path.stem]
+
+
+def bytes_of_name(name: str) -> int:
+    """Bytes that a file system needs for the name of a file or a folder."""
+    return len(os.fsencode(name))
 
 
 def sync(path: Path) -> None:

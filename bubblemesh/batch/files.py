@@ -17,7 +17,7 @@ from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Outcome, is_full
 from bubblemesh.errors import FileError
 from bubblemesh.files import reason, sync, unwritten
-from bubblemesh.meshfiles.transaction import transaction
+from bubblemesh.meshfiles.transaction import require_room, transaction
 
 LOCK = ".bubblemesh-lock"
 BEGIN = 10.0  # seconds to wait for other batches that begin
@@ -32,6 +32,7 @@ def reserved(options: BatchOptions) -> Iterator[None]:
     """
     folder = options.root
     try:
+        require_room(folder, ())
         missing = [path for path in (folder, *folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
         for path in missing:

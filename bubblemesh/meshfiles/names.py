@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping
 from dataclasses import replace
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,8 @@ def _spelling(source: Source, path: Path, entries: Mapping[str, Mapping[str, Any
 def _labels_file(path: Path) -> Path | None:
     """The file of labels of a mesh file NAME.ENDING, or NAME.FORMAT.ENDING, if there is one."""
     stems = dict.fromkeys([path.stem, Path(path.stem).stem])
-    return next((beside for stem in stems if (beside := path.with_name(stem + LABELS_FILE)).is_file()), None)
+    files = [path.with_name(stem + LABELS_FILE) for stem in stems]
+    return next((file for file in files if isfile(file)), None)  # noqa: PTH113 - the method fails for too long a name
 
 
 def _entries(table: Any) -> dict[str, dict[str, Any]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from bubblemesh.errors import FileError
-from bubblemesh.files import OWNER, sync, temporary_folder, unwritten
+from bubblemesh.files import LONGEST_FILE_NAME, OWNER, bytes_of_name, sync, temporary_folder, unwritten
 from bubblemesh.process.limits import settle
 
 _PREFIX = ".bubblemesh-"
@@ -47,7 +47,12 @@ def _culprit(error: OSError, folder: Path) -> Path:
 
 
 def require_room(folder: Path, names: Iterable[str]) -> None:
-    """Check that nothing but files have names of a folder that files are to have; FileError if something has."""
+    """Check that nothing but files have names of a folder that files are to have; FileError if something has.
+
+    It is one too if the folder, or one that it is in, has too long a name.
+    """
+    if any(bytes_of_name(part) > LONGEST_FILE_NAME for part in folder.parts):
+        raise FileError(f"cannot write into {folder}: this is too long a name: shorten it")
     for name in names:
         path = folder / name
         if exists(path) and not isfile(path):  # noqa: PTH110, PTH113 - the methods of paths fail for too long a name

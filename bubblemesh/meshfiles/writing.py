@@ -8,13 +8,14 @@ from time import perf_counter
 from typing import Any, BinaryIO
 
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.files import temporary_folder, unwritten
+from bubblemesh.files import LONGEST_FILE_NAME, bytes_of_name, temporary_folder, unwritten
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order, stems
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
 from bubblemesh.meshfiles.text import json_text, write_text
 from bubblemesh.meshfiles.transaction import transaction
+from bubblemesh.messages import shown
 from bubblemesh.process.limits import enter
 
 _REPORT = ".report.json"
@@ -93,9 +94,8 @@ def write_files(
 
 def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = (), parts: int = 1) -> list[str]:
     """Names of all files of a mesh in so many parts, the report last; an impossible name or format is a CaseError."""
-    _check_name(name)
     meshes = [stem + end for form, stem in stems(name, formats) for end in format_named(form).ends(parts)]
-    return [*meshes, *(name + end for end in (*tables, _REPORT))]
+    return _checked(name, [*meshes, *(name + end for end in (*tables, _REPORT))])
 
 
 def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> dict[str, Any]:
@@ -111,13 +111,13 @@ def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
     """
     form, stem = _form_at(path)
     require_order([form], mesh.order)
-    _check_name(stem)
-    enter("writing")
     metric = _metric(mesh, [form])
+    files = _checked(stem, [stem + end for end in (*format_named(form).ends(_parts(mesh)), *metric)])
+    enter("writing")
     with transaction(path.parent) as staging:
         format_named(form).write(mesh, fields, staging / path.name)
         _write_tables(metric, staging, stem)
-    return [stem + end for end in (*format_named(form).ends(_parts(mesh)), *metric)]
+    return files
 
 
 def _write_tables(tables: Mapping[str, str], folder: Path, name: str) -> None:
@@ -184,9 +184,15 @@ def _completed(report: Mapping[str, Any], files: Sequence[str], stage: str, time
     return {**report, "seconds": {**seconds, stage: time, "total": total}, "files": list(files)}
 
 
-def _check_name(name: str) -> None:
+def _checked(name: str, files: list[str]) -> list[str]:
+    """The files of a name; a CaseError if that is no name of files, or too long for one of them."""
     if not name.isprintable() or name in {"", ".", ".."} or "/" in name or "\\" in name:
         raise CaseError(f"{name!r} cannot be the name of a file; use a name without slashes")
+    longest = max(files, key=bytes_of_name)
+    if bytes_of_name(longest) > LONGEST_FILE_NAME:
+        size = f"with {longest.removeprefix(name)} it has {bytes_of_name(longest)} bytes"
+        raise CaseError(f"{shown(repr(name))} is too long a name: {size}, files up to {LONGEST_FILE_NAME}: shorten it")
+    return files
 
 
 def _check_distinct(files: Sequence[str], folder: Path) -> None:

@@ -137,8 +137,7 @@ SMALL = SQUARE.format(0.5) + "output: {formats: [msh, xdmf]}\npacking: {effort: 
         ("link/", "cannot write into link: it is a symbolic link that leads nowhere"),
         ("round/", "cannot write into round: it is a symbolic link that leads nowhere"),
         ("full/", "cannot write full/case.msh: something that is not a file has this name"),
-        ("a" * 300 + "/", "File name too long"),
-        ("a" * 300 + ".msh", "File name too long"),
+        ("a" * 300 + "/", "is too long a name: shorten it"),
         ("/proc/new/", "cannot write /proc"),
     ],
 )
@@ -153,6 +152,21 @@ def test_a_place_that_cannot_be_written(here, output, text):
     assert (code, out) == (5, "")
     assert text in message
     assert contents(here) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "output"),
+    [("漢" * 82, ()), ("é" * 200, ()), ("case", ("-o", "漢" * 82 + ".msh")), ("case", ("-o", "a" * 300 + ".msh"))],
+)
+def test_a_name_with_too_many_bytes_is_told_before_the_work(here, monkeypatch, name, output):
+    monkeypatch.setattr("bubblemesh.run.pipeline.prepare", None)
+    (here / "case.yaml").write_text(f"{SMALL}name: {name}\n")
+    code, _, message = command("run", "case.yaml", "-q", *output)
+    assert code == 2
+    assert "files up to 255: shorten it" in message
+    code, _, message = command("batch", "case.yaml", "-q", "-o", "a" * 300)
+    assert code == 5
+    assert "is too long a name: shorten it" in message
 
 
 @pytest.mark.parametrize("name", ["case.msh", "case.xdmf", "case.report.json"])

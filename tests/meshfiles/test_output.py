@@ -13,6 +13,7 @@ import pytest
 from squares import fields_of, holed_square
 
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids
 from bubblemesh.meshfiles.text import json_ready, json_text
@@ -195,6 +196,17 @@ def test_a_name_with_a_path_in_it_is_refused(mesh, fields, tmp_path, name):
     with pytest.raises(CaseError, match="name"):
         write_files(mesh, fields, {}, tmp_path / "new", name, ["msh"])
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_may_have_as_many_bytes_as_its_longest_ending_leaves(mesh, fields, tmp_path):
+    name = "é" * 121  # and 12 bytes of .report.json
+    write_files(mesh, fields, {}, tmp_path, name, ["vtu"])
+    (written,) = mesh.write(tmp_path / f"{name}éééé.msh")
+    assert len(Mesh.read(tmp_path / written).triangles) == len(mesh.triangles)  # though no file of labels can be there
+    with pytest.raises(CaseError, match=r"is too long a name: with \.report\.json it has 256 bytes"):
+        write_files(mesh, fields, {}, tmp_path, f"{name}aa", ["msh"])
+    with pytest.raises(CaseError, match=r"with \.msh it has 256 bytes"):
+        mesh.write(tmp_path / f"{'é' * 126}.msh")
 
 
 def test_a_colon_is_refused_for_xdmf_only(mesh, fields, tmp_path):
