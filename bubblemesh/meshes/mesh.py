@@ -266,6 +266,7 @@ class Mesh:
         the region ``domain``. Names that the file does not hold are taken from NAME.labels.json beside it. Of cells of
         higher order the corners are read. Of the data the mesh has a metric, in ``fields`` and ``metric``: that of the
         triangles, or of the nodes in a .sol beside a .mesh and in a .pos; the others have the mean of its logarithms.
+        Labelled points and periodic sides are read from ``.msh`` files of Gmsh.
 
         Warns
         -----

@@ -18,6 +18,7 @@ from bubblemesh.meshfiles.text import dumped
 LABELS_FILE = ".labels.json"
 PARTITION, NODE_OWNER = "partition", "owner"  # data of triangles and of nodes: the part that has each
 GLOBAL_NODE, GLOBAL_CELL = "GlobalNodeId", "GlobalElementId"  # data of pieces: numbers in the whole mesh
+ENDS = "periodic-ends"  # name of the points where periodic sides meet others
 LARGEST_TAG = 2**53  # above, numbers in floating point have no ones
 LONGEST_WORD = 60  # characters of a plain word; CalculiX and Abaqus allow 80
 
@@ -173,14 +174,15 @@ def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:
 
 # What the readers of meshio and the writers of this package call the numbers of groups.
 TAGS = ("gmsh:physical", "medit:ref", "su2:tag", "cell_tags", "material", "label")
-DIMENSIONS = {"label": 1, "region": 2}
+DIMENSIONS = {"point": 0, "label": 1, "region": 2}
 
 
 def cell_groups(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str, ...], Integers]:
     """Names of the groups that the cells of some blocks are in, and the index (c,) of each cell's group.
 
-    The blocks of a `meshio.Mesh` are given by their numbers, all of one kind of group; ``noun``, label or region, is
-    what a group is called whose name the file does not tell. Both are empty where the file has no such groups.
+    The blocks of a `meshio.Mesh` are given by their numbers, all of one kind of group; ``noun``, point, label or
+    region, is what a group is called whose name the file does not tell. Both are empty where the file has no such
+    groups.
     """
     for name in TAGS:
         if blocks and name in mesh.cell_data:

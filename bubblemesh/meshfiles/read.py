@@ -14,7 +14,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quads import halved
 from bubblemesh.meshfiles.coincident import are_apart, joined, places
 from bubblemesh.meshfiles.contained import require_contained
-from bubblemesh.meshfiles.groups import cell_groups
+from bubblemesh.meshfiles.groups import ENDS, cell_groups
 from bubblemesh.meshfiles.names import named
 from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.source import Block, Source
@@ -30,6 +30,7 @@ NO_SOL = ": it has to be in a .sol file of the same name beside it"
 HIGHER_ORDER = "has triangles of higher order: the estimate is that of linear ones with the values at the corners"
 EDGES = ("line", "line3")
 NO_FACES = (*EDGES, "vertex")
+NO_LABELS = "point 0", "no point"
 PLANE = 1e-12  # of the extent
 REAL = "iuf"  # kinds of NumPy types
 
@@ -172,6 +173,8 @@ class MeshWithData(NamedTuple):
     left_out: tuple[str, ...]  # kinds of cells
     notes: tuple[str, ...] = ()  # what was chosen of the file
     higher: bool = False  # whether cells have nodes beside their corners, which are left out
+    matching: tuple[Integers, ...] = ()  # nodes (k, 2) of two periodic sides each
+    node_sets: tuple[str, ...] = ()  # names of sets of nodes, which are not read
 
 
 def read_mesh(path: Path) -> MeshWithData:
@@ -185,6 +188,7 @@ def read_mesh(path: Path) -> MeshWithData:
     file = replace(file, source=source)
     regions, region = cell_groups(source, file.faces, "region")
     facets, label, labels = _facets(file)
+    points, point, named_points = _labelled_points(file)
     mesh = Mesh(
         file.points,
         file.triangles,
@@ -193,13 +197,19 @@ def read_mesh(path: Path) -> MeshWithData:
         labels,
         regions=regions,
         triangle_regions=region[file.cells] if regions else region,
+        labelled_nodes=points,
+        node_labels=point,
+        point_labels=named_points,
         quads=file.quads,
         open_labels=tuple(label for label in labels if label in source.open_sets),
         geographic=source.geographic,
     )
     point_data = {name: np.asarray(values)[file.nodes] for name, values in source.point_data.items()}
     higher = any(source.cells[k].type not in LINEAR for k in file.faces)
-    return MeshWithData(mesh, cell_data_of(file), _numbers(point_data), file.left_out, source.notes, higher)
+    matching = tuple(file.index[nodes] for nodes in source.matching)
+    matching = tuple(nodes[(nodes >= 0).all(axis=1)] for nodes in matching)  # those on edges are in no triangle
+    data = cell_data_of(file), _numbers(point_data)
+    return MeshWithData(mesh, *data, file.left_out, source.notes, higher, matching, source.node_sets)
 
 
 def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
@@ -215,6 +225,25 @@ def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
     kept = (edges >= 0).all(axis=1)  # an edge with a node that is in no triangle is no side of one
     numbers, label = np.unique(label[kept], return_inverse=True)
     return edges[kept], label, tuple(labels[k] for k in numbers)
+
+
+def _labelled_points(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
+    """Labelled nodes (v,), of those in use, the index (v,) of each one's label, and the labels.
+
+    Gmsh's points without a group have the number 0, and ends of periodic sides follow from these.
+    """
+    blocks = _blocks(file.source, ("vertex",))
+    labels, label = cell_groups(file.source, blocks, "point")
+    if not labels:
+        return np.zeros(0, np.int64), label, ()
+    nodes = np.concatenate([file.source.cells[k].data[:, 0] for k in blocks]).astype(np.int64)
+    if nodes.min() < 0 or nodes.max() >= len(file.source.points):
+        raise FileError(f"{file.path}: a point has a node that is not there: the file is damaged")
+    nodes = file.index[nodes]
+    own = np.array([name not in NO_LABELS and name.rstrip("-") != ENDS for name in labels])
+    kept = own[label] & (nodes >= 0)
+    numbers, label = np.unique(label[kept], return_inverse=True)
+    return nodes[kept], label, tuple(labels[k] for k in numbers)
 
 
 def cell_data_of(file: MeshFile) -> dict[str, Floats]:

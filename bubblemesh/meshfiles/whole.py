@@ -1,20 +1,23 @@
 """The mesh of a file with all that meshes have: triangles that turn one way, labels of the whole boundary, a region."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.meshes.edges import directed_sides, edge_keys, one_sided
+from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import ENTRIES
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.metric import metric_of
 from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.messages import shown
 
+ALL_NODES = "NALL"  # set of files for CalculiX
 BOUNDARY = "boundary"  # label of boundary edges that have none
+MOVED = 1e-6  # of the extent: by how much nodes of periodic sides may be elsewhere than their counterparts, shifted
 # Factors to a depth of data at nodes, as coasts' formats call it: depth, or the height of the bed.
 DEPTHS = {"depth": 1.0, "elevation": -1.0, "bottom": -1.0, "z": -1.0}
 
@@ -42,7 +45,32 @@ def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
     kinds = ", ".join(read.left_out)
     others = (f"cells that are no triangles or quadrilaterals are left out: {kinds}",) if kinds else ()
     higher = ("has cells of higher order: their corners are read",) if read.higher else ()
-    return with_boundary(mesh), (*read.notes, *others, *higher)
+    own = {*mesh.labels, *mesh.regions, ALL_NODES}
+    unread = shown(", ".join(name for name in read.node_sets if name not in own))
+    sets = (f"sets of nodes are left out: {unread}",) if unread else ()
+    mesh, unmatched = _with_periodic(with_boundary(mesh), read.matching)
+    return mesh, (*read.notes, *others, *higher, *sets, *unmatched)
+
+
+def _with_periodic(mesh: Mesh, matching: Sequence[Integers]) -> tuple[Mesh, tuple[str, ...]]:
+    """The mesh with pairs of facets whose nodes (k, 2) match, and a note on sides of which that cannot be told."""
+    n, outer = len(mesh.points), np.flatnonzero(mesh.outer)
+    keys = edge_keys(mesh.facets[outer], n)
+    order = np.argsort(keys)
+    pairs, missed = [mesh.periodic], 0
+    for nodes in matching:
+        copy = np.full(n, -1)
+        copy[nodes[:, 1]] = nodes[:, 0]
+        ends = copy[mesh.facets[outer, ::-1]]
+        first = np.flatnonzero((ends >= 0).all(axis=1))
+        second = find_keys(keys[order], edge_keys(ends[first], n))
+        shifts = np.ptp(mesh.points[nodes[:, 0]] - mesh.points[nodes[:, 1]], axis=0)
+        if len(first) == 0 or (second < 0).any() or shifts.max() > MOVED * np.ptp(mesh.points, axis=0).max():
+            missed += 1
+        else:
+            pairs.append(np.column_stack([outer[first], outer[order[second]]]))
+    note = (f"{missed} of its {len(matching)} pairs of periodic sides are left out: they are no shifted boundaries",)
+    return replace(mesh, periodic=np.vstack(pairs)), note if missed else ()
 
 
 def _depth(data: Mapping[str, Floats]) -> Floats:

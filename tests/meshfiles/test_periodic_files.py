@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from partitions import mesh_of
 
-from bubblemesh.errors import BubblemeshError
+from bubblemesh.errors import BubblemeshError, FileError
 from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.whole import whole_mesh
 from bubblemesh.meshfiles.writing import write_files
 
 CELL = """
@@ -188,3 +189,83 @@ def test_the_sidecar_tells_the_counterparts_where_a_format_does_not(tmp_path, fo
         for (first, second), shift in SHIFTS.items():
             np.testing.assert_allclose(found[first]["shift"], shift, atol=1e-12)
             np.testing.assert_allclose(found[second]["shift"], np.multiply(shift, -1), atol=1e-12)
+
+
+@pytest.mark.parametrize("form", ["msh", "msh-ascii", "msh4"])
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("parts", [None, 2])
+def test_points_and_periodic_sides_are_read_back(tmp_path, form, order, parts):
+    mesh = mesh_of(PAIRED.replace("PAIRS", OTHERS["two pairs"]).replace("POINTS", LABELLED))
+    mesh = mesh if parts is None else mesh.partitioned(parts)
+    write_files(mesh if order == 1 else mesh.second_order()[0], {}, {}, tmp_path, "cell", [form])
+    found, notes = whole_mesh(tmp_path / "cell.msh")
+    assert len(notes) == order - 1  # corners are read
+    assert found.point_labels == ("origin", "middle")
+    assert found.points[found.labelled_nodes].tolist() == [[0, 0], [0.5, 0.5]]
+    require_conforming(found)
+    assert [matching(found, sides) for sides in found.periodic_sides] == [
+        matching(mesh, sides) for sides in mesh.periodic_sides
+    ]
+
+
+def matching(mesh, sides):
+    """The labels of two sides, and the places of the nodes on the first one and on the second."""
+    places = mesh.points[sides.nodes].reshape(-1, 4)
+    return mesh.labels[sides.first], mesh.labels[sides.second], sorted(map(tuple, places.tolist()))
+
+
+def test_periodic_sides_that_are_turned_are_told(tmp_path):
+    mesh = mesh_of(PAIRED.replace("PAIRS", "").replace("POINTS", ""))
+    (name, *_) = write_files(mesh, {}, {}, tmp_path, "cell", ["msh-ascii"])["files"]
+    text = (tmp_path / name).read_text()
+    head, pairs = text.split("$Periodic\n")
+    rows = [row.split() for row in pairs.splitlines()[4:-1]]
+    turned = [f"{b} {a}" for (b, _), (_, a) in zip(rows, rows[::-1], strict=True)]
+    (tmp_path / name).write_text("\n".join([f"{head}$Periodic", *pairs.splitlines()[:4], *turned, "$EndPeriodic\n"]))
+    found, notes = whole_mesh(tmp_path / name)
+    assert found.periodic_sides == ()
+    assert notes == ("1 of its 1 pairs of periodic sides are left out: they are no shifted boundaries",)
+
+
+@pytest.mark.parametrize("row", ["0 1", "1 9999"])
+def test_a_match_of_a_node_that_is_not_there_is_damage(tmp_path, row):
+    mesh = mesh_of(PAIRED.replace("PAIRS", "").replace("POINTS", ""))
+    (name, *_) = write_files(mesh, {}, {}, tmp_path, "cell", ["msh-ascii"])["files"]
+    lines = (tmp_path / name).read_text().splitlines()
+    lines[-2] = row
+    (tmp_path / name).write_text("\n".join([*lines, ""]))
+    with pytest.raises(FileError, match="a periodic side has a node that is not there"):
+        whole_mesh(tmp_path / name)
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+@pytest.mark.parametrize("version", [2.2, 4.1])
+def test_what_gmsh_writes_is_read(gmsh, tmp_path, version, binary):
+    gmsh.clear()
+    gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.model.mesh.setPeriodic(1, [2], [4], [1, 0, 0, 2, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
+    for dimension, entity, name in ((0, 1, "origin"), (1, 4, "left"), (1, 2, "right"), (2, 1, "domain")):
+        gmsh.model.addPhysicalGroup(dimension, [entity], name=name)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.3)
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.option.setNumber("Mesh.Binary", binary)
+    gmsh.model.mesh.generate(2)
+    gmsh.write(str(tmp_path / "a.msh"))
+    gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+    gmsh.option.setNumber("Mesh.Binary", 0)
+    gmsh.clear()
+    mesh, notes = whole_mesh(tmp_path / "a.msh")
+    assert notes == ()
+    assert mesh.points[mesh.labelled_nodes].tolist() == [[0, 0]]
+    (sides,) = mesh.periodic_sides
+    assert (mesh.labels[sides.first], mesh.labels[sides.second], sides.shift.tolist()) == ("left", "right", [2, 0])
+    assert len(sides.nodes) == np.count_nonzero(mesh.points[:, 0] == 0)
+
+
+def test_groups_of_nodes_that_are_not_read_are_told(tmp_path):
+    mesh = mesh_of(PAIRED.replace("PAIRS", "").replace("POINTS", LABELLED))
+    write_files(mesh, {}, {}, tmp_path, "cell", ["med", "inp"])
+    assert whole_mesh(tmp_path / "cell.med")[1] == ("sets of nodes are left out: middle, origin",)
+    labels = "bottom, left, middle, origin, right, top"  # of edges this format tells the nodes
+    assert whole_mesh(tmp_path / "cell.inp")[1] == (f"sets of nodes are left out: {labels}",)

@@ -37,7 +37,7 @@ def test_cells_labels_and_regions_are_read_back(form, order, tmp_path):
     mesh = mixed()
     path = written(of_order(mesh, order), tmp_path, form)
     found, notes = whole_mesh(path)
-    assert notes == (
+    assert tuple(note for note in notes if not note.startswith("sets of nodes are left out")) == (
         ("has cells of higher order: their corners are read",) if order == 2 and form != "openfoam" else ()
     )
     assert len(found.triangles) == len(mesh.triangles)

@@ -6,13 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
+from bubblemesh.arrays import Integers
 from bubblemesh.errors import FileError
 from bubblemesh.files import opened, read_bytes, temporary_folder
+from bubblemesh.meshes.edges import find_keys
 from bubblemesh.meshfiles.groups import PARTITION
 from bubblemesh.meshfiles.sources.freefem import is_freefem, read_freefem
 from bubblemesh.meshfiles.sources.other import read_other
 from bubblemesh.meshfiles.sources.source import Source
 
+FORMAT = b"$MeshFormat"
 WHOLE, PARTS = b"$Entities", b"$PartitionedEntities"
 NODES = b"$Nodes"
 DIMENSIONS = {"vertex": 0, "line": 1, "line3": 1}  # of kinds of cells; of all others 2
@@ -22,7 +25,7 @@ def read_msh(path: Path) -> Source:
     """Mesh of Gmsh or of FreeFEM, which have the same ending; errors as of `read_other`."""
     if is_freefem(path):
         return read_freefem(path)
-    return read_partitioned(path) if is_partitioned(path) else read_other(path, "gmsh")  # meshio would try ANSYS first
+    return read_partitioned(path) if is_partitioned(path) else _read(path)
 
 
 def is_partitioned(path: Path) -> bool:
@@ -66,8 +69,37 @@ def read_partitioned(path: Path) -> Source:
     with temporary_folder() as folder:
         plain = Path(folder, path.name)
         plain.write_bytes(b"".join([*lines[: first + 1], text, *lines[last:begin], *lines[end + 1 :]]))
-        source = read_other(plain, "gmsh")
+        source = _read(plain)
     return _with_parts(source, part)
+
+
+def _read(path: Path) -> Source:
+    """Mesh as meshio reads it, but for nodes of periodic sides: these it gives by their numbers in the file, from 0."""
+    source = read_other(path, "gmsh")  # without the format it would try ANSYS first
+    if not source.matching:
+        return source
+    numbers = _numbers_of_nodes(path)
+    order = np.argsort(numbers, kind="stable")
+    matching = [find_keys(numbers[order], nodes) for nodes in source.matching]
+    if any((places < 0).any() for places in matching):
+        raise FileError("a periodic side has a node that is not there: the file is damaged")
+    return replace(source, matching=[order[places] for places in matching])
+
+
+def _numbers_of_nodes(path: Path) -> Integers:
+    """Numbers (n,) of the nodes in their order in a file that meshio has read, from 0."""
+    from meshio.gmsh import _gmsh41, main
+
+    with opened(path) as stream:
+        while not stream.readline().startswith(FORMAT):
+            pass
+        version, size, is_text = main._read_header(stream)
+        reader = main._readers.get(version) or main._readers[version.partition(".")[0]]
+        while not stream.readline().startswith(NODES):
+            pass
+        if reader is _gmsh41:  # which counts from 0 by itself
+            return np.asarray(reader._read_nodes(stream, is_text, size)[1])
+        return np.asarray(reader._read_nodes(stream, is_text)[1]).astype(np.int64) - 1
 
 
 def _with_parts(source: Source, part: Mapping[tuple[int, int], int]) -> Source:

@@ -37,6 +37,8 @@ class Source:
     cell_sets: Mapping[str, Sequence[Any]] = field(default_factory=dict)  # cells of each block, by the set's name
     cell_tags: Mapping[int, Sequence[str]] = field(default_factory=dict)  # names of each group, by its number
     open_sets: tuple[str, ...] = ()  # names of sets of edges that are open boundaries of coasts
+    matching: Sequence[Integers] = ()  # nodes (k, 2) of two periodic sides each, that are in one place but for a shift
+    node_sets: tuple[str, ...] = ()  # names of sets of nodes, which are not read
     geographic: bool = False  # whether the points are told to be longitudes and latitudes
     notes: tuple[str, ...] = ()  # what a reader chose, as the last of several times
 
@@ -49,7 +51,10 @@ class Source:
             if not _fits(chosen, blocks):
                 raise FileError(f"its set {shown(repr(name))} has cells that are not there: the file is damaged")
         tags = getattr(mesh, "cell_tags", {})  # of MED files
-        return cls(mesh.points, blocks, mesh.point_data, mesh.cell_data, mesh.field_data, sets, tags)
+        named = {*mesh.point_sets, *(name for names in getattr(mesh, "point_tags", {}).values() for name in names)}
+        matching = [nodes for dimension, _, _, nodes in mesh.gmsh_periodic or () if dimension == 1]
+        data = mesh.points, blocks, mesh.point_data, mesh.cell_data, mesh.field_data
+        return cls(*data, sets, tags, matching=matching, node_sets=tuple(sorted(named)))
 
 
 def _fits(chosen: Sequence[Any], blocks: Sequence[Block]) -> bool:

@@ -14,6 +14,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshfiles.groups import (
     CELL_KINDS,
+    ENDS,
     FACET_KINDS,
     Fields,
     Group,
@@ -29,8 +30,6 @@ from bubblemesh.meshfiles.text import lines, numbered, write_text
 # Gmsh's numbers of the kinds of cells, by meshio's names.
 KINDS = {"line": 1, "triangle": 2, "quad": 3, "hexahedron": 5, "wedge": 6, "line3": 8, "triangle6": 9, "quad9": 10}
 KINDS |= {"vertex": 15}
-
-ENDS = "periodic-ends"  # name of the points where periodic sides meet others
 
 Holders = Mapping[int, Sequence[int]]
 """Parts, from 1, that hold a cell as a ghost, for each cell that is one, by its number."""
