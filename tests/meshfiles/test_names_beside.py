@@ -34,6 +34,13 @@ def test_labels_are_those_that_were_written(form, others, tmp_path):
     assert places(Mesh.read(tmp_path / name)) == places(mesh)
 
 
+@pytest.mark.parametrize("labels", [("front", "back", "c", "d", "e"), ("front", "front_1", "back_1", "back", "e")])
+def test_labels_with_names_of_openfoam_s_own_patches(labels, tmp_path):
+    mesh = holed_square(labels=labels)
+    write_files(mesh, {}, {}, tmp_path, "plate", ["openfoam"])
+    assert places(Mesh.read(tmp_path / "plate.msh")) == places(mesh)
+
+
 @pytest.mark.parametrize("name", ["a.nodes.npz", "a.nodes.csv"])
 def test_a_point_with_the_name_of_a_label_has_another_one(name, tmp_path):
     mesh = holed_square()

@@ -10,6 +10,7 @@ from bubblemesh.meshfiles.sources.source import Block, Data, Source
 SIDES = {**dict.fromkeys(("wedge", "wedge15", "wedge18"), 3), **dict.fromkeys(("hexahedron", "hexahedron20"), 4)}
 SIDES["hexahedron27"] = 4
 FACES = {3: "triangle", 4: "quad"}
+GROUP = "gmsh:physical"  # data of cells: the number of the group
 OTHERS = ("tetra", "tetra10", "pyramid", "pyramid13")
 ROUNDING = 1e-6  # of the layer's height
 
@@ -18,7 +19,7 @@ def flattened(source: Source) -> Source:
     """The lower side of a layer of cells between two planes of one z each, or the source as it is if it is none.
 
     Prisms become triangles of their three lower corners, hexahedra quadrilaterals, upright rectangles edges, and groups
-    of all are one dimension lower; cells of other kinds are left out.
+    of all are one dimension lower; cells of other kinds are left out, and groups that have no others.
     """
     solid = [block for block in source.cells if block.type in (*SIDES, *OTHERS) and len(block.data)]
     if not solid or any(block.type in OTHERS for block in solid) or source.points.shape[1] != 3:
@@ -35,7 +36,11 @@ def flattened(source: Source) -> Source:
     cells = [_cut(source.cells[k].type, source.cells[k].data[rows[k]], low) for k in kept]
     data = {name: [np.asarray(values[k])[rows[k]] for k in kept] for name, values in source.cell_data.items()}
     sets = {name: [_among(chosen[k], rows[k]) for k in kept] for name, chosen in source.cell_sets.items()}
-    groups = {name: (number, dimension - 1) for name, (number, dimension) in source.field_data.items()}
+    # Those of cells that are left out, as OpenFOAM's patches front and back, have names that others may have here.
+    used = np.concatenate([np.zeros(0, int), *data.get(GROUP, ())])
+    groups = {
+        name: (number, dimension - 1) for name, (number, dimension) in source.field_data.items() if number in used
+    }
     return replace(source, cells=cells, cell_data=data, cell_sets=sets, field_data=groups)
 
 
