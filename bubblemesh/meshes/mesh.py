@@ -10,14 +10,14 @@ from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, different_rows
+from bubblemesh.arrays import Booleans, Floats, Integers, different_rows, unmasked
 from bubblemesh.errors import CaseError, MeshWarning
 from bubblemesh.meshes.edge_nodes import without_folds
 from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_edges
 from bubblemesh.meshes.metric import measures_of
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.quads import Cells, cells_of, require_pairs
-from bubblemesh.meshes.quality import Shape, shape_quality
+from bubblemesh.meshes.quality import Shape, shape_quality, signed_areas
 from bubblemesh.records import record
 
 ROUNDING = 1e-9  # of a shift: what is less in one direction is none
@@ -225,16 +225,29 @@ class Mesh:
     def mapped(self, function: Callable[[Floats], Floats]) -> Self:
         """The mesh with all of its points (n, 2) where a function takes them, as another system of coordinates.
 
-        It has neither the ``metric`` nor the ``fields``, which belong to the places before.
+        Where that mirrors, triangles and facets are turned round. It has neither the ``metric`` nor the ``fields``,
+        which belong to the places before. CaseError if the function does not give a finite place for each point, or
+        turns some of the triangles only.
         """
-        return replace(
+        result = replace(
             self,
-            points=function(self.points),
-            facet_middles=function(self.facet_middles),
-            curved_middles=function(self.curved_middles) if len(self.curved_middles) else self.curved_middles,
+            points=_moved(self.points, function),
+            facet_middles=_moved(self.facet_middles, function),
+            curved_middles=_moved(self.curved_middles, function) if len(self.curved_middles) else self.curved_middles,
             metric=self.metric[:0],
             fields={},
         )
+        turned = signed_areas(result.points, result.triangles) < 0
+        if turned.any() and not turned.all():
+            raise CaseError(f"function: turns {turned.sum()} of {len(turned)} triangles over: move all of them alike")
+        return result._turned() if turned.any() else result
+
+    def _turned(self) -> Self:
+        """The mesh with triangles and facets the other way round."""
+        order = self.triangles.shape[1] // 3
+        triangles = self.triangles[:, [0, 2, 1, 5, 4, 3][: 3 * order]]
+        partition = None if self.partition is None else self.partition.with_nodes(triangles)
+        return replace(self, triangles=triangles, facets=self.facets[:, [1, 0, 2][: 1 + order]], partition=partition)
 
     def in_triangles(self) -> Self:
         """The mesh without quadrilaterals: their halves are triangles like others."""
@@ -417,3 +430,15 @@ class Mesh:
             return write_alone(self, fields, Path(path))
         figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}
         return list(write_file(self, fields, figures, Path(path))["files"])
+
+
+def _moved(points: Floats, function: Callable[[Floats], Floats]) -> Floats:
+    """Points (n, 2) where a function takes them; CaseError if it gives no such array of finite numbers."""
+    given = np.asarray(unmasked(function(points)))
+    if given.dtype.kind not in "iuf" or given.shape != points.shape:
+        found = f"an array of {given.dtype}, of the shape {given.shape}"
+        raise CaseError(f"function: must give a place (n, 2) for each point, here {points.shape} (found {found})")
+    bad = np.flatnonzero(~np.isfinite(given).all(axis=1))
+    if len(bad):
+        raise CaseError(f"function: gives no finite place for the point {points[bad[0]].tolist()}")
+    return given.astype(float)
