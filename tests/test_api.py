@@ -471,6 +471,33 @@ def test_a_case_is_loaded_first():
         bubblemesh.mesh_case("disc.yaml")
 
 
+SOLUTION = bubblemesh.Solution.of([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], [0, 1, 2])
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: bubblemesh.adapt(None, SOLUTION), r"case: must be a Case \(found NoneType\): load_case"),
+        (lambda: bubblemesh.load_case("-", text=b"domain: 1"), r"text: must be a text \(found bytes\)"),
+        (lambda: bubblemesh.load_case("-", text="", overrides={"spacing": 0.1}), r"overrides: .* list of .*found dict"),
+        (lambda: bubblemesh.load_case("-", text="", overrides=3), r"overrides: must be a list of texts.*found int"),
+        (lambda: bubblemesh.load_case("-", text="", overrides=[3]), r"overrides: must be texts, .*found 3"),
+        (lambda: bubblemesh.Domain.of(PLATE), r"Domain.of: takes rings.*found Polygon"),
+        (lambda: bubblemesh.Domain.of(rings.circle((0, 0), 1), [PLATE]), r"Domain.of: takes rings.*found Polygon"),
+    ],
+)
+def test_arguments_of_another_kind_are_refused(call, text):
+    with pytest.raises(CaseError, match=text):
+        call()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("kind", ["f2", "f4", "i4"])
+def test_points_may_be_of_any_kind_of_number(kind):
+    ring = np.array([(0, 0), (1, 0), (1, 1)], kind)
+    np.testing.assert_array_equal(bubblemesh.mesh(ring, 0.3).points, bubblemesh.mesh(ring.tolist(), 0.3).points)
+
+
 # What a mesh does
 
 
@@ -648,6 +675,41 @@ def test_plot(disc, tmp_path, order):
     assert mesh.plot().axes[0].get_title() == ""
     with pytest.raises(CaseError, match="the mesh has no 'red': allowed: quality, size, spacing"):
         mesh.plot(color="red")
+
+
+def colours(figure):
+    return figure.axes[0].collections[0].get_array()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_plot_takes_data_of_triangles_and_of_nodes(disc, order):
+    mesh = disc if order == 1 else disc.second_order()[0]
+    x = mesh.points[:, 0]
+    of_nodes = colours(mesh.plot(color="u", fields={"u": x}))
+    of_triangles = colours(mesh.plot(color="u", fields={"u": x[mesh.triangles[:, :3]].mean(axis=1).tolist()}))
+    np.testing.assert_allclose(of_nodes, of_triangles)
+    figure = mesh.plot(color="u", fields={"u": x}, limits=np.array([0, 1.0]), view=np.array([0, 0, 1, 1]))
+    assert figure.axes[0].collections[0].get_clim() == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"foo": 1}, "plot: there is no option 'foo': allowed: color"),
+        ({"colour": "size"}, "plot: there is no option 'colour': did you mean 'color'"),
+        ({"fields": {"u": list}}, r"fields: u: must be an array of numbers \(found <class 'list'>\)"),
+        ({"fields": {"u": 3}}, "fields: u: must be an array of numbers"),
+        (
+            {"fields": {"u": [1, 2]}},
+            r"fields: u: must have values of the \d+ triangles or of the \d+ nodes \(found 2\)",
+        ),
+        ({"fields": [1]}, r"fields: must be a mapping of names to arrays \(found list\)"),
+    ],
+)
+def test_plot_refuses_what_it_cannot_show(disc, tmp_path, options, text):
+    with pytest.raises(CaseError, match=text):
+        disc.plot(tmp_path / "a.png", **options)
+    assert list(tmp_path.iterdir()) == []
 
 
 # Second order on true curves

@@ -133,7 +133,12 @@ def case_variants(
 
 
 def _named(path: Path | str, text: str | None) -> Path:
-    """Path of a case file; a FileError if its name is empty, which would be that of the working directory."""
+    """Path of a case file; a FileError if its name is empty, which would be that of the working directory.
+
+    CaseError if the text in its place is none.
+    """
+    if text is not None and not isinstance(text, str):
+        raise CaseError(f"text: must be a text (found {type(text).__name__}): decode bytes by their decode()")
     if path == "" and text is None:
         raise FileError("the case file cannot be read: its name is empty")
     return Path(path)

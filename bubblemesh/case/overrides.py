@@ -1,6 +1,6 @@
 """Values set over a case's data: ``--set domain.holes.0.circle.radius=0.3``, and options such as ``--seed 3``."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from bubblemesh.case.yaml import read_value
@@ -45,11 +45,18 @@ class Override:
 def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> list[Override]:
     """Overrides of settings such as ``a.b=value`` and, over them, of options with their values; None is no value.
 
-    Settings that cannot be `parsed`, and a single text in place of them, are a CaseError, an unknown option is a
-    TypeError.
+    Settings that cannot be `parsed`, and what is no list of texts, as a single one, are a CaseError, an unknown option
+    is a TypeError.
     """
     if isinstance(settings, str):  # whose letters would be taken for settings
         raise CaseError(f"overrides: must be a list of texts, as in [{settings!r}] (found the text {settings!r})")
+    if isinstance(settings, Mapping) or not isinstance(settings, Iterable):
+        found = type(settings).__name__
+        raise CaseError(f"overrides: must be a list of texts, as in ['spacing=0.1'] (found {found})")
+    settings = list(settings)
+    for one in settings:
+        if not isinstance(one, str | Override):
+            raise CaseError(f"overrides: must be texts, as 'spacing=0.1' (found {one!r})")
     unknown = options.keys() - OPTIONS.keys()
     if unknown:
         raise TypeError(f"no option of a case: {', '.join(sorted(unknown))} (there are: {', '.join(OPTIONS)})")

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, select, taken
-from bubblemesh.errors import GeometryError, about
+from bubblemesh.errors import CaseError, GeometryError, about
 from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
@@ -28,6 +28,7 @@ from bubblemesh.messages import meant, ring_name, tell_places_of
 from bubblemesh.records import record
 
 FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal ones do, to look along vertical ones
+NO_RING = "Domain.of: takes rings, as bubblemesh.geometry.rings makes them; bubblemesh.mesh takes polygons of shapely"
 AT_A_TIME = 1 << 13  # points: a late run can end between two calls
 
 
@@ -84,9 +85,14 @@ class Domain(Uncached):
 
         Raises
         ------
+        CaseError
+            If what is given is no ring.
         GeometryError
             If the rings cross, or a hole is not inside; the text names the ring and the coordinates.
         """
+        for ring in (outer, *holes):
+            if not isinstance(ring, Ring):
+                raise CaseError(f"{NO_RING} (found {type(ring).__name__})")
         return cls.of_areas([Area(outer, tuple(holes))], parts)
 
     @classmethod

@@ -369,8 +369,9 @@ class Mesh:
             if the mesh has one for its triangles.
         title, style
             Text above the picture; ``screen`` or ``paper``.
-        fields : mapping of str to (t,)
-            More data of the triangles, or other data than the mesh's own ``fields``.
+        fields : mapping of str to (t,) or (n,)
+            More data of the triangles, or other data than the mesh's own ``fields``; data of as many values as there
+            are nodes is that at the nodes. Of vectors, (t, k) or (n, k), the length is shown.
         **options
             ``colormap``, ``limits``, ``edges``, ``nodes``, ``ellipses``, ``labels``, ``view``, ``width`` and ``dpi``,
             as the options of ``bubblemesh plot``.
@@ -382,16 +383,16 @@ class Mesh:
         Raises
         ------
         CaseError
-            If the ending or the colouring is unknown.
+            If the ending, the colouring or an option is unknown, or data is neither of the triangles nor of the nodes.
         FileError
             If the picture cannot be written.
         """
-        from bubblemesh.pictures.colouring import MeshData
+        from bubblemesh.pictures.colouring import data_of
         from bubblemesh.pictures.plots import draw_into, draw_mesh, mesh_figure
-        from bubblemesh.pictures.styles import PlotOptions
+        from bubblemesh.pictures.styles import plot_options
 
-        shown = PlotOptions(color=color, title=title, style=style, **options)
-        data = MeshData({**self.fields, **fields})
+        shown = plot_options({"color": color, "title": title, "style": style, **options})
+        data = data_of(self, fields)
         if ax is not None:
             if path is not None:
                 raise CaseError("path: ax is drawn into a figure of your own: write that one by its savefig")

@@ -125,7 +125,9 @@ class Partition:
         return int((np.diff(self.owner[neighbour_pairs(self.triangles[:, :3])], axis=1) != 0).sum())
 
     def halo(self, part: int) -> Integers:
-        """Triangles (g,) of the halo of a part, ascending."""
+        """Triangles (g,) of the halo of a part, ascending; CaseError if there is no such part."""
+        if not isinstance(part, int | np.integer) or not 0 <= part < self.count:
+            raise CaseError(f"halo: must be a part, from 0 to {self.count - 1} (found {part!r})")
         begin, end = np.searchsorted(self.ghosts[:, 0], [part, part + 1])
         return self.ghosts[begin:end, 1]
 

@@ -11,11 +11,12 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, unmasked
+from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import MeasuresInMetric, measures_of
 from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, signed_areas, spacing_ratios
-from bubblemesh.messages import meant
+from bubblemesh.messages import meant, shown
 from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
 from bubblemesh.records import record
 
@@ -36,6 +37,23 @@ class MeshData:
 
     cells: Mapping[str, Floats] = field(default_factory=dict)
     points: Mapping[str, Floats] = field(default_factory=dict)
+
+
+def data_of(mesh: Mesh, fields: Mapping[str, Any]) -> MeshData:
+    """The data of a mesh with more of it, of triangles or of nodes by its length; CaseError if it is of neither."""
+    if not isinstance(fields, Mapping):
+        raise CaseError(f"fields: must be a mapping of names to arrays (found {type(fields).__name__})")
+    cells, points = dict(mesh.fields), dict[str, Floats]()
+    for name, given in fields.items():
+        values = np.asarray(unmasked(given))
+        if values.dtype.kind not in "iufb" or values.ndim not in (1, 2) or values.size == 0:
+            raise CaseError(f"fields: {name}: must be an array of numbers (found {shown(repr(given))})")
+        if len(values) not in (len(mesh.triangles), len(mesh.points)):
+            wanted = f"the {len(mesh.triangles)} triangles or of the {len(mesh.points)} nodes"
+            raise CaseError(f"fields: {name}: must have values of {wanted} (found {len(values)})")
+        cells.pop(name, None)
+        (cells if len(values) == len(mesh.triangles) else points)[name] = values.astype(float)
+    return MeshData(cells, points)
 
 
 @record

@@ -1,6 +1,8 @@
 """Options, colours and styles of pictures; a style sets sizes, line widths and fonts."""
 
 import math
+from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -106,9 +108,17 @@ class PlotOptions:
             raise PlotOptionError("view", "give numbers x0 y0 x1 y1 with x0 < x1 and y0 < y1")
 
 
+def plot_options(given: Mapping[str, Any]) -> PlotOptions:
+    """Options of a picture by their names, which may be arrays of numbers; a CaseError if one is unknown."""
+    known = [field.name for field in fields(PlotOptions)]
+    for name in given:
+        if name not in known:
+            raise CaseError(f"plot: there is no option {name!r}: {meant(name, known)}")
+    return PlotOptions(**{k: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for k, v in given.items()})
+
+
 def _ascending(given: Any, pairs: int) -> bool:
     """Whether a value is so many finite numbers, and as many greater ones, each than its own."""
-    numbers = given.tolist() if isinstance(given, np.ndarray) else given
-    if not (isinstance(numbers, list | tuple) and len(numbers) == 2 * pairs and all(map(is_real, numbers))):
+    if not (isinstance(given, list | tuple) and len(given) == 2 * pairs and all(map(is_real, given))):
         return False
-    return all(-math.inf < low < high < math.inf for low, high in zip(numbers[:pairs], numbers[pairs:], strict=True))
+    return all(-math.inf < low < high < math.inf for low, high in zip(given[:pairs], given[pairs:], strict=True))

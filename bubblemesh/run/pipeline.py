@@ -89,9 +89,14 @@ def mesh_case(
     BubblemeshError
         One of its subclasses for a mistake of the user's, with the place and what to do.
     """
+    require_case(case)
+    return case.within_limits(lambda: mesh_problem(prepare(case), on_round, on_share, crew=crew))
+
+
+def require_case(case: object) -> None:
+    """Check that a program gives a case; else it is a CaseError."""
     if not isinstance(case, Case):
         raise CaseError(f"case: must be a Case (found {type(case).__name__}): load_case reads one from a file")
-    return case.within_limits(lambda: mesh_problem(prepare(case), on_round, on_share, crew=crew))
 
 
 def mesh_case_in_slices(

@@ -111,6 +111,14 @@ def test_all_that_follows_from_the_owners_is_what_loops_find(way, made, count):
     }
 
 
+@pytest.mark.parametrize("part", [3, -1, 1.5, None])
+def test_there_is_no_halo_of_other_parts(part):
+    partition = holed_square().partitioned(3).partition
+    assert len(partition.halo(np.int32(2)))
+    with pytest.raises(CaseError, match=r"halo: must be a part, from 0 to 2 \(found "):
+        partition.halo(part)
+
+
 def test_neighbours_are_pairs_that_share_an_edge_in_whichever_way_they_turn():
     _, triangles = plain()
     triangles[::3] = triangles[::3, ::-1]

@@ -141,10 +141,11 @@ def _array(points: Any, argument: str) -> _Points:
         raise CaseError(f"{wanted} (found {type(points).__name__})")
     if given.ndim != 2 or given.shape[1] != 2:
         raise CaseError(f"{wanted} (found the shape {given.shape})")
+    given = given.astype(float)  # the limit is no number of smaller types
     bad = np.flatnonzero(~(np.abs(given) <= LARGEST_NUMBER).all(axis=1))
     if len(bad):
         raise CaseError(f"{argument}: point {bad[0]} has a coordinate that is no number, or above {LARGEST_NUMBER:g}")
-    return _Points(given.astype(float), argument)
+    return _Points(given, argument)
 
 
 def _names(labels: Labels | None, areas: int, holes: int) -> Sequence[str | None]:
