@@ -76,11 +76,12 @@ def run(
 
         options = OutputOptions(output, formats or (), solvers or (), history, page)
         place = destination_of(loaded, case, options, as_json, in_slices=True)
+        told = with_formats(loaded, options)
         if dry_run:
-            tell_estimate(loaded, case, picture, as_json, quiet)
+            tell_estimate(told, case, picture, as_json, quiet)
             return
         keeping = outlasting.enter_context(parts_kept(loaded, place, resume, shared=cluster is None))
-        meshed = partial(pipeline.mesh_case_in_slices, loaded, keeping, crew=crew)
+        meshed = partial(pipeline.mesh_case_in_slices, told, keeping, crew=crew)
         deliver(meshed, loaded, case, place, as_json, quiet)
 
 
@@ -122,12 +123,14 @@ def adapt(
 
     loaded = case_at(case, overrides, untrusted)
     target = adapting.Target(error, nodes, anisotropic, mark="--")
-    place = destination_of(loaded, case, OutputOptions(output, formats or (), solvers or ()), as_json, solution)
+    options = OutputOptions(output, formats or (), solvers or ())
+    place = destination_of(loaded, case, options, as_json, solution)
 
     def adapted() -> None:
         present, notes = read_solution(solution, field)
         console.warn(notes)
-        deliver(partial(adapting.adapted, loaded, present, target, exact), loaded, case, place, as_json, quiet)
+        told = with_formats(loaded, options)
+        deliver(partial(adapting.adapted, told, present, target, exact), loaded, case, place, as_json, quiet)
 
     loaded.within_limits(adapted, f"{case}: ")
 
@@ -240,6 +243,14 @@ def case_at(case: str, overrides: Overrides, untrusted: bool, text: str | None =
 
     text = read_input() if case == "-" and text is None else text
     return load_case(case, overrides=overrides, untrusted=untrusted, text=text)
+
+
+def with_formats(case: "Case", options: "OutputOptions") -> "Case":
+    """The case with the formats that the options ask for, if they do, as its report is to tell them."""
+    if not options.formats:
+        return case
+    output = case.output.model_copy(update={"formats": options.formats, "solver": None})
+    return case.model_copy(update={"output": output})
 
 
 def crew_for(case: "Case", jobs: int | None, cluster: str | None, *, at_once: bool) -> "AbstractContextManager[Crew]":

@@ -120,6 +120,19 @@ def test_the_report_tells_the_solver_and_the_order(square, tmp_path):
     assert b"CPS6" in (tmp_path / "square.inp").read_bytes()
 
 
+@pytest.mark.parametrize(
+    ("options", "formats"),
+    [(["--format", "vtk", "--format", "pos"], ["vtk", "pos"]), (["--for", "su2"], ["su2"]), ([], ["msh", "vtu"])],
+)
+def test_the_report_tells_the_formats_that_options_ask_for(options, formats, square, tmp_path):
+    bubblemesh("run", square, "-q", "-o", "out/", "--report", *options, folder=tmp_path)
+    report = json.loads((tmp_path / "out" / "square.report.json").read_text())
+    dry = json.loads(bubblemesh("run", square, "-q", "--json", "--dry-run", *options, folder=tmp_path).stdout)
+    for told in (report, dry):
+        assert told["parameters"]["output"]["formats"] == formats
+        assert "for" not in told["parameters"]["output"]
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("ending", ["msh", "vtu", "vtk", "xdmf"])
 def test_the_mesh_alone_goes_to_the_standard_output(ending, square, tmp_path):
