@@ -26,7 +26,7 @@ def _in_list(path: Path) -> Iterable[Path]:
 
     for file in files_of_pvd(path):
         yield file
-        if file.suffix == ".pvtu":
+        if file.suffix.lower() == ".pvtu":
             yield from _pieces(file)
 
 

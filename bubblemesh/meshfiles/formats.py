@@ -249,8 +249,17 @@ def without_partition(formats: Iterable[str]) -> list[str]:
 
 
 def formats_by_ending(file: str) -> list[str]:
-    """Return the formats whose files end like the given file name, which has to have a stem before that."""
-    return [name for name, form in FORMATS.items() if file.endswith(form.files[0]) and file != form.files[0]]
+    """Return the formats whose files end like the given file name, which has to have a stem before that.
+
+    Endings may be in capital letters.
+    """
+    ends = {name: form.files[0] for name, form in FORMATS.items()}
+    return [name for name, end in ends.items() if file.lower().endswith(end) and len(file) > len(end)]
+
+
+def stem_of(file: str, name: str) -> str:
+    """Return the name of a format's file without the ending."""
+    return file[: -len(FORMATS[name].files[0])]
 
 
 def require_order(formats: Iterable[str], order: int) -> None:

@@ -11,7 +11,7 @@ from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import LONGEST_FILE_NAME, bytes_of_name, temporary_folder, unwritten
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
-from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order, stems
+from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order, stem_of, stems
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
 from bubblemesh.meshfiles.text import json_text, write_text
 from bubblemesh.meshfiles.transaction import transaction
@@ -115,7 +115,7 @@ def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
     files = _checked(stem, [stem + end for end in (*format_named(form).ends(_parts(mesh)), *metric)])
     enter("writing")
     with transaction(path.parent) as staging:
-        format_named(form).write(mesh, fields, staging / path.name)
+        format_named(form).write(mesh, fields, staging / files[0])
         _write_tables(metric, staging, stem)
     return files
 
@@ -137,7 +137,7 @@ def _form_at(path: Path) -> tuple[str, str]:
     if not formats:
         ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
         raise CaseError(f"{path}: unknown ending for a mesh file: choose one of {ends}")
-    return formats[0], path.name.removesuffix(FORMATS[formats[0]].files[0])
+    return formats[0], stem_of(path.name, formats[0])
 
 
 def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> None:

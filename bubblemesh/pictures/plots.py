@@ -56,7 +56,7 @@ def draw_mesh(mesh: Mesh, path: Path, options: PlotOptions = STANDARD, data: Mes
 
 def require_picture(path: Path) -> None:
     """Check that a path ends like a picture; else it is a CaseError."""
-    if path.suffix not in METADATA:
+    if path.suffix.lower() not in METADATA:
         raise CaseError(f"{path}: unknown ending {path.suffix!r} for a picture: choose one of {', '.join(METADATA)}")
 
 
@@ -69,7 +69,7 @@ def save_figure(figure: Figure, path: Path, options: PlotOptions = STANDARD) -> 
     require_picture(path)
     with _drawing(options), transaction(path.parent) as staging:
         kept = _cropped(figure, options)
-        figure.savefig(staging / path.name, dpi=figure.dpi, metadata=METADATA[path.suffix], bbox_inches=kept)
+        figure.savefig(staging / path.name, dpi=figure.dpi, metadata=METADATA[path.suffix.lower()], bbox_inches=kept)
 
 
 def mesh_figure(

@@ -21,6 +21,7 @@ from bubblemesh.meshfiles.formats import (
     formats_for,
     require_no_sizes,
     require_order,
+    stem_of,
     whole_only,
     without_partition,
 )
@@ -212,7 +213,7 @@ def destination_beside(
         if _is_file(output):
             formats = (_format_of(folder, asked, keys.formats),)
             options.require_only(formats[0])
-            folder, name = folder.parent, folder.name.removesuffix(FORMATS[formats[0]].files[0])
+            folder, name = folder.parent, stem_of(folder.name, formats[0])
     require_order(formats, keys.order)
     page = keys.report if options.page is None else options.page
     parts = keys.partition or (1 if whole_only(formats) else slices)

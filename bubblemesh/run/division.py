@@ -11,7 +11,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import measures_of
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.quality import mesh_figures
-from bubblemesh.meshfiles.formats import FORMATS, formats_by_ending
+from bubblemesh.meshfiles.formats import formats_by_ending, stem_of
 from bubblemesh.meshfiles.groups import Fields
 from bubblemesh.meshfiles.whole import whole_mesh
 from bubblemesh.problem.warnings import divided_by_geometry
@@ -42,6 +42,6 @@ def divided_file(path: Path, parts: int) -> DividedFile:
         "partition": partition.figures(),
         "warnings": [*(f"{path}: {note}" for note in notes), *divided_by_geometry(partition)],
     }
-    end = next((FORMATS[form].files[0] for form in formats_by_ending(path.name)), path.suffix)
+    name = next((stem_of(path.name, form) for form in formats_by_ending(path.name)), path.stem)
     fields = {"quality": measures.radius_ratios, **mesh.fields}
-    return DividedFile(mesh, fields, report, path.name.removesuffix(end))
+    return DividedFile(mesh, fields, report, name)

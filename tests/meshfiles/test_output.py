@@ -169,11 +169,20 @@ def test_write_file_and_write_files_agree(mesh, fields, tmp_path):
     assert meshes(tmp_path / "a") == meshes(tmp_path / "b")
 
 
-@pytest.mark.parametrize("name", ["mesh.stl", "mesh", "mesh.MSH", "msh", ".msh", "mesh."])
+@pytest.mark.parametrize("name", ["mesh.stl", "mesh", "mesh.STL", "msh", ".msh", "mesh."])
 def test_an_unknown_ending_names_the_known_ones(mesh, fields, tmp_path, name):
     with pytest.raises(CaseError, match=r"\.msh, \.vtu, \.vtk, \.xdmf"):
         write_file(mesh, fields, {}, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_endings_may_be_in_capital_letters(mesh, fields, tmp_path):
+    assert mesh.write(tmp_path / "A.MSH") == ["A.msh"]
+    assert write_file(mesh, fields, {}, tmp_path / "b.Nodes.CSV")["files"][0] == "b.nodes.csv"
+    (tmp_path / "A.msh").rename(tmp_path / "C.MSH")
+    np.testing.assert_array_equal(Mesh.read(tmp_path / "C.MSH").triangles, mesh.triangles)
+    mesh.plot(tmp_path / "d.PNG")
+    assert (tmp_path / "d.PNG").read_bytes().startswith(b"\x89PNG")
 
 
 def test_an_unknown_format_names_the_known_ones(mesh, fields, tmp_path):

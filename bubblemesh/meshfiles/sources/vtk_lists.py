@@ -37,7 +37,7 @@ def read_pvd(path: Path) -> Source:
     """The grid of the last time; errors as of `read_vtu`."""
     times, last, files = _last(path)
     # Each process may have a part of its own; a first file of the same time and part may hold the mesh alone.
-    parts = [part for file in files for part in (files_of_pvtu(file) if file.suffix == ".pvtu" else [file])]
+    parts = [part for file in files for part in (files_of_pvtu(file) if file.suffix.lower() == ".pvtu" else [file])]
     notes = (f"holds {times} times: the last one, {last:g}, is read",) if times > 1 else ()
     return replace(joined(_pieces(parts)), notes=notes)
 
