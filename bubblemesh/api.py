@@ -73,7 +73,7 @@ def mesh(
         default, and ``ellipses`` with a ``metric``, which no other one packs.
     max_nodes : int
     nodes : int, optional
-        Number of nodes that the mesh gets, within 2 %: the spacing is scaled for it.
+        Number of nodes that the mesh gets, to 2 %, or to one node of fewer than 50: the spacing is scaled for it.
     angle_min : float
         Least angle of the triangles in degrees, up to 30: nodes are added for it, but not for sharper corners.
     largest : float, optional
@@ -84,8 +84,8 @@ def mesh(
         Sizes that depend on the direction, as under ``metric`` in a case file, whose files are relative to the working
         directory: ``{"angle": 0.5, "across": 0.01}``. The spacing is the largest size in any direction.
     progress : callable, optional
-        Is told what share of the packing is done, at each hundredth up to 1; with ``nodes`` there may be several
-        packings one after the other.
+        Is told what share of the packing is done, at each hundredth up to 1, or from a smaller share at once to 1 where
+        the packing is done earlier than it might be; with ``nodes`` there may be several packings one after the other.
 
     Warns
     -----

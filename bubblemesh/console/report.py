@@ -108,8 +108,11 @@ def show_quality(figures: Mapping[str, Any]) -> None:
     ideal = None if "layers" in figures else figures.get("ideal_nodes")
     x0, y0, x1, y1 = figures["bounds"]
     size = max(x1 - x0, y1 - y0)
+    output = figures.get("parameters", {}).get("output", {})
+    at_corners = " at corners" if output.get("order") == 2 else ""
     rows = {
-        "nodes": f"{figures['nodes']}" + (f", {figures['nodes'] / ideal:.3f} of the ideal number" if ideal else ""),
+        "nodes": f"{figures['nodes']}{at_corners}"
+        + (f", {figures['nodes'] / ideal:.3f} of the ideal number" if ideal else ""),
         "triangles": f"{figures['triangles']}, area {figures['area']:.9g}",
         "quality q": f"mean {quality['mean']:.4f}, 1 % below {quality['p01']:.3f}, least {quality['min']:.3f}",
         "angles": f"{quality['angle_min']:.1f} to {quality['angle_max']:.1f} degrees",

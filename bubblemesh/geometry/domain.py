@@ -28,7 +28,6 @@ from bubblemesh.messages import meant, ring_name, tell_places_of
 from bubblemesh.records import record
 
 FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal ones do, to look along vertical ones
-NO_RING = "Domain.of: takes rings, as bubblemesh.geometry.rings makes them; bubblemesh.mesh takes polygons of shapely"
 AT_A_TIME = 1 << 13  # points: a late run can end between two calls
 
 
@@ -92,7 +91,8 @@ class Domain(Uncached):
         """
         for ring in (outer, *holes):
             if not isinstance(ring, Ring):
-                raise CaseError(f"{NO_RING} (found {type(ring).__name__})")
+                found = type(ring).__name__
+                raise CaseError(f"Domain.of: takes rings of bubblemesh.geometry.rings alone (found {found})")
         return cls.of_areas([Area(outer, tuple(holes))], parts)
 
     @classmethod

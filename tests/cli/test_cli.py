@@ -445,3 +445,10 @@ def test_a_force_that_the_time_step_does_not_resolve_ends_in_a_mesh_all_the_same
 
 def test_an_absurd_time_step_is_named(square, tmp_path):
     assert "packing.dt" in failed(bubblemesh("run", square, "--set", "packing.dt=5", folder=tmp_path), 2)
+
+
+@pytest.mark.parametrize(("order", "text"), [(1, "nodes"), (2, "at corners")])
+def test_the_nodes_that_are_counted_are_those_at_corners(order, text, square, tmp_path):
+    said = bubblemesh("run", square, "--set", f"output.order={order}", folder=tmp_path).stderr.decode()
+    assert text in said
+    assert ("at corners" in said) == (order == 2)
