@@ -9,7 +9,7 @@ from paths import ROOT
 PACKAGE = ROOT / "bubblemesh"
 PAGE = ROOT / "docs" / "messages.md"
 ROOMS = ("readers", "geometry", "layers")
-PROBLEM = ("domain", "drawing", "embedded", "layers", "prepare", "regions", "repair", "shapes")
+PROBLEM = ("domain", "drawing", "embedded", "layers", "possible", "prepare", "regions", "repair", "shapes")
 ERRORS = ("CaseError", "FileError", "GeometryError", "LimitError")
 WORD = re.compile(r"[a-z]{3}")
 QUOTED = re.compile(r"^\| `([^`]+)` \|", re.MULTILINE)
