@@ -21,7 +21,7 @@ from bubblemesh.problem.python.progress import in_steps
 from bubblemesh.problem.python.spacing import Wanted, spacing_of
 from bubblemesh.problem.python.task import MAX_NODES, Wishes
 from bubblemesh.problem.spacing import values_of, with_areas_below, with_metrics
-from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem
+from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem, require_case
 from bubblemesh.run.report import RoundRow
 
 __all__ = ["Case", "Domain", "Mesh", "MeshWarning", "Result", "Solution", "adapt", "load_case", "mesh", "mesh_case"]
@@ -182,6 +182,7 @@ def adapt(
     # Imported here since meshing alone needs no estimates of errors.
     from bubblemesh.adaptivity import adapt as adapting
 
+    require_case(case)
     if not isinstance(solution, Path | str):
         if field is not None:
             raise CaseError(f"field: names data of a file, but the solution is given as arrays (found {field!r})")

@@ -35,7 +35,7 @@ from bubblemesh.problem.task import task_of
 from bubblemesh.process.limits import timed
 from bubblemesh.records import record
 from bubblemesh.run.packings import OnRound, OnShare
-from bubblemesh.run.pipeline import Result, mesh_problem, require_case
+from bubblemesh.run.pipeline import Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
@@ -97,7 +97,6 @@ def adapted(
     The exact solution, an expression in x and y, is to compare the estimate with. A mistake of the user's is a
     BubblemeshError.
     """
-    require_case(case)
     return case.within_limits(lambda: _adapted(case, solution, target, exact, on_round, on_share))
 
 
