@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.adaptivity.estimate import Estimate, estimated, split_nodes, true_error
-from bubblemesh.adaptivity.metric import best_metric, finer_of_both_sides, scaled_for
+from bubblemesh.adaptivity.metric import best_metric, intersected_across_sides, scaled_for
 from bubblemesh.adaptivity.sizes import (
     equivalent_sizes,
     predicted_error,
@@ -198,7 +198,7 @@ def _next_in_metric(
         tensors = scaled_for(*mesh, best, wanted, sizes, MOST_ASPECT)
         tensors = graded(*mesh, tensors, growth)
         if len(domain.periodic):
-            tensors = graded(*mesh, finer_of_both_sides(domain, *mesh, tensors), growth)
+            tensors = graded(*mesh, intersected_across_sides(domain, *mesh, tensors), growth)
         metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, _key(target, terms)),)
         request = replace(held, metrics=metrics)
         problem = prepare_for(case, domain, request, task, seconds)

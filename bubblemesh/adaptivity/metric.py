@@ -89,7 +89,7 @@ def scaled_for(
     return _limited(np.exp(low) * start * tensors, sizes, aspect)
 
 
-def finer_of_both_sides(domain: Domain, points: Floats, triangles: Integers, tensors: Floats) -> Floats:
+def intersected_across_sides(domain: Domain, points: Floats, triangles: Integers, tensors: Floats) -> Floats:
     """Tensors (n, 3) at points (n, 2) of a mesh, on periodic sides the intersections with those of the other side."""
     rim = rim_nodes(triangles)
     nearest = domain.nearest(points[rim])

@@ -239,7 +239,7 @@ def compare(first: Path, second: Path, wanted: "SpacingBetween | None", as_json:
     for path, each in read.items():
         console.warn([*chosen(path, each.notes, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
     with nullcontext() if wanted is None else located("--spacing"):
-        a, b = (comparison.measured(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
+        a, b = (comparison.compared(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
     if as_json:
         write_json(comparison.report(a, b))
     else:

@@ -46,7 +46,7 @@ ROWS: tuple[tuple[str, tuple[str, ...], str], ...] = (
 
 
 @record
-class Measured:
+class Compared:
     """A mesh file's figures, and the ratios behind its histograms."""
 
     path: Path
@@ -55,12 +55,12 @@ class Measured:
     spacing: Floats | None  # (e,) lengths of the edges over the wanted spacing; None where that is not known
 
 
-def measured(
+def compared(
     path: Path,
     mesh: Mesh,
     cell_data: Mapping[str, Floats],
     spacing_between: SpacingBetween | None,
-) -> Measured:
+) -> Compared:
     """Measure a mesh as read from a file, with data (t,) or (t, k) of its triangles.
 
     Of these ``target_spacing`` counts where no function gives the wanted spacing (e,) by the ends (e, 2, 2) of edges;
@@ -79,10 +79,10 @@ def measured(
         wanted = edge_means(mesh.triangles, target)
         figures["spacing"] = asdict(spacing_fit(mesh.points, edges, wanted))
     ratios = None if wanted is None else edge_ratios(mesh.points, edges, wanted)
-    return Measured(path, figures, measures.radius_ratios, ratios)
+    return Compared(path, figures, measures.radius_ratios, ratios)
 
 
-def histograms(first: Measured, second: Measured) -> dict[str, list[Histogram | None]]:
+def histograms(first: Compared, second: Compared) -> dict[str, list[Histogram | None]]:
     """Histograms of both meshes in the same bins, ``quality`` and ``spacing``; None where the spacing is not known."""
     both = first, second
     low = lowest_shown(np.concatenate([mesh.quality for mesh in both]))
@@ -92,7 +92,7 @@ def histograms(first: Measured, second: Measured) -> dict[str, list[Histogram | 
     }
 
 
-def report(first: Measured, second: Measured) -> dict[str, Any]:
+def report(first: Compared, second: Compared) -> dict[str, Any]:
     """Figures and histograms of both, and what the second has more than the first."""
     bins = histograms(first, second)
     meshes = [

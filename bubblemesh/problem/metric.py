@@ -78,7 +78,7 @@ class InMetric(NamedTuple):
 
         Where straight edges cannot follow it ellipses are shorter, and none is longer than the domain.
         """
-        fitted = MetricSpacing.of(Together(self.metrics, spacing, domain.size), self.asked.aspect)
+        fitted = MetricSpacing.of(Intersection(self.metrics, spacing, domain.size), self.asked.aspect)
         bent = _graded(domain, fitted, self.metrics, max_nodes)
         return _with_fewer_nodes(bent.straightened(), bent, domain, max_nodes)
 
@@ -351,11 +351,11 @@ def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
 
 def below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
     """The spacing in metrics, which is nowhere above the given one."""
-    return MetricSpacing.of(Together(tuple(metrics), spacing))
+    return MetricSpacing.of(Intersection(tuple(metrics), spacing))
 
 
 @record
-class Together:
+class Intersection:
     """The intersection of metrics, their aspects limited, with circles of a spacing, and of a largest size."""
 
     metrics: tuple[MetricRequest, ...]

@@ -246,7 +246,7 @@ def test_histograms_count_every_value_once():
 
 def test_a_mesh_is_measured_as_its_file_has_it(files):
     a, _, first, *_ = files
-    found = comparison.measured(a, read_mesh(a).mesh, read_mesh(a).cell_data, None)
+    found = comparison.compared(a, read_mesh(a).mesh, read_mesh(a).cell_data, None)
     assert np.array_equal(np.sort(found.quality), np.sort(radius_ratios(first.points, first.triangles)))
     assert len(found.spacing) == len(unique_edges(first.triangles)[0])
 
