@@ -257,6 +257,12 @@ def formats_by_ending(file: str) -> list[str]:
     return [name for name, end in ends.items() if file.lower().endswith(end) and len(file) > len(end)]
 
 
+def unknown_ending(file: str, advice: str = "") -> CaseError:
+    """Make the error for a file whose name has the ending of no format, with more advice behind that on endings."""
+    ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
+    return CaseError(f"{file}: unknown ending for a mesh file: choose one of {ends}{advice}")
+
+
 def stem_of(file: str, name: str) -> str:
     """Return the name of a format's file without the ending."""
     return file[: -len(FORMATS[name].files[0])]

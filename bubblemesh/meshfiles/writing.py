@@ -11,7 +11,14 @@ from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import LONGEST_FILE_NAME, bytes_of_name, temporary_folder, unwritten
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
-from bubblemesh.meshfiles.formats import FORMATS, format_named, formats_by_ending, require_order, stem_of, stems
+from bubblemesh.meshfiles.formats import (
+    format_named,
+    formats_by_ending,
+    require_order,
+    stem_of,
+    stems,
+    unknown_ending,
+)
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
 from bubblemesh.meshfiles.text import json_text, write_text
 from bubblemesh.meshfiles.transaction import transaction
@@ -135,8 +142,7 @@ def _form_at(path: Path) -> tuple[str, str]:
     """Format by the ending of a path, and the name before that; an unknown ending is a CaseError."""
     formats = formats_by_ending(path.name)
     if not formats:
-        ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
-        raise CaseError(f"{path}: unknown ending for a mesh file: choose one of {ends}")
+        raise unknown_ending(str(path))
     return formats[0], stem_of(path.name, formats[0])
 
 

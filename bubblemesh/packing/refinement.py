@@ -144,7 +144,7 @@ class Refinement:
 
     def _grown(self, net: Net, additions: Additions) -> Net | None:
         """The net with these nodes, or with the first of them only if edges would cross; None if there is none."""
-        for some in (additions, Additions(additions.facets[:1], additions.points[: len(additions.facets) == 0])):
+        for some in (additions, additions.first):
             if len(some.facets) + len(some.points) == 0:
                 return None
             try:

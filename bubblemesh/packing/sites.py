@@ -38,6 +38,11 @@ class Additions(NamedTuple):
     facets: Integers
     points: Floats
 
+    @property
+    def first(self) -> "Additions":
+        """One of them: in a facet if there is any."""
+        return Additions(self.facets[:1], self.points[:0] if len(self.facets) else self.points[:1])
+
 
 @record
 class Sites:

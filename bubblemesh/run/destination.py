@@ -22,6 +22,7 @@ from bubblemesh.meshfiles.formats import (
     require_no_sizes,
     require_order,
     stem_of,
+    unknown_ending,
     whole_only,
     without_partition,
 )
@@ -310,10 +311,7 @@ def _format_of(path: Path, asked: tuple[FormatName, ...], liked: tuple[FormatNam
     """The format of a file by its ending: one of those asked for, else one that the case names, else any."""
     fitting = formats_by_ending(path.name)
     if not fitting:
-        ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
-        raise CaseError(
-            f"-o {path}: unknown ending for a mesh file: choose one of {ends}; the name of a folder ends with a slash"
-        )
+        raise unknown_ending(f"-o {path}", "; the name of a folder ends with a slash")
     if asked:
         both = [name for name in fitting if name in asked]
         if not both:
