@@ -7,7 +7,7 @@ from invariants import check_edges, check_mesh
 from typer.testing import CliRunner
 
 import bubblemesh
-from bubblemesh.adaptivity.metric import area_in, best_metric, finer_of_both_sides, hessians, scaled_for
+from bubblemesh.adaptivity.metric import area_in, best_metric, hessians, intersected_across_sides, scaled_for
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.meshes.edges import unique_edges
@@ -177,7 +177,7 @@ def test_the_metric_of_a_solution_is_the_finer_one_of_both_periodic_sides(mesh):
     tensors = np.tile([1.0, 0.0, 1.0], (len(x), 1))
     tensors[x == 0] = 100.0, 0.0, 4.0
     tensors[x == 1] = 9.0, 0.0, 25.0
-    found = finer_of_both_sides(case_domain(case), mesh.points, mesh.triangles, tensors)
+    found = intersected_across_sides(case_domain(case), mesh.points, mesh.triangles, tensors)
     inner = (y > 0.2) & (y < 0.8)
     for side in (0, 1):
         np.testing.assert_allclose(
