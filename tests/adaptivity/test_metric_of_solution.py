@@ -137,6 +137,7 @@ def test_a_mesh_adapted_by_a_metric_follows_the_layer(mesh, case, wanted):
     assert near.mean() > 0.4  # of 0.2 of the area
 
 
+@pytest.mark.long
 def test_the_loop_lowers_the_interpolation_error_more_than_without_direction(mesh, case):
     error = {}
     for anisotropic in (False, True):

@@ -29,6 +29,7 @@ FULL = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("metric", "parts"), [(FRONT, 2), (FRONT, 4), (LONG, 3)])
 def test_a_mesh_of_parts_is_as_good_in_the_metric_as_that_of_one_piece(metric, parts):
     one, many = (mesh_case(metric_case(metric, spacing=0.02, parts=count)) for count in (1, parts))
@@ -66,6 +67,7 @@ def test_no_line_shows_where_the_cuts_were():
     assert q[inner].mean() > 0.985
 
 
+@pytest.mark.long
 def test_regions_lines_points_layers_and_periodic_sides_go_with_parts_in_a_metric():
     metric = [
         {"angle": "x + 2*y", "across": "0.008 + 0.01*x*(1 - x)"},

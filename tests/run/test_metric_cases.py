@@ -168,6 +168,7 @@ def test_longer_ellipses_than_the_aspect_allows_are_told_and_made_wider():
     assert any("6000 times as long as wide" in text and "aspect raises it" in text for text in problem.warnings)
 
 
+@pytest.mark.long
 def test_a_metric_that_jumps_is_told_and_graded_if_the_case_says_so():
     jump = {"angle": 0.3, "across": "0.01 if x > 0.5 else 0.1"}
     plain = meshed(jump, spacing=0.1).report
@@ -193,6 +194,7 @@ def growths(problem, mesh):
     return np.array(found)
 
 
+@pytest.mark.long
 def test_a_metric_that_jumps_in_direction_is_told_and_graded_if_the_case_says_so():
     turned = {"angle": "pi/2 if x > 0.5 else 0", "across": 0.02}
     plain = meshed(turned, spacing=0.1).report
