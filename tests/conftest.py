@@ -5,7 +5,7 @@ import signal
 import pytest
 from hypothesis import settings
 
-from bubblemesh.messages import tell_places_by
+from bubblemesh.messages import tell_places_by, tell_places_of
 
 # A busy machine fails no test by its time, and all runs try the same examples.
 settings.register_profile("steady", deadline=None, derandomize=True)
@@ -22,6 +22,7 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture(autouse=True)
 def own_places():
     """Places in messages are those of each test's own cases."""
+    tell_places_of(None)
     tell_places_by(None)
 
 
