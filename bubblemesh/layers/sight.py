@@ -14,7 +14,7 @@ NEARER = 0.9  # of the ways to the walls above: what ends nearer between two col
 
 
 class Across(NamedTuple):
-    """What is across from columns (c,), whose ways are infinite if there is nothing."""
+    """Walls and ends of walls across from columns (c,); where there is nothing, ways are infinite."""
 
     wall: Floats  # (c,): height above the foot at which a wall goes on across the column
     nearest: Floats  # (c,): the same of the nearest wall or end
@@ -30,7 +30,7 @@ class _Seen(NamedTuple):
 
 
 def across(obstacles: Obstacles, columns: Columns, reach: Floats, narrowest: Floats) -> Across:
-    """What straight columns see up to the heights ``reach`` (c,), in their direction and in that at the foot.
+    """Find what is across from straight columns up to heights (c,), in their direction and in that at the foot.
 
     Two neighbours see ends of walls between them, below the heights at which they are ``narrowest`` (c,) too.
     """
