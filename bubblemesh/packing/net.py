@@ -31,6 +31,7 @@ class Net:
     edges: Integers  # (m, 2): every edge of a triangle once
     legal: Legal | None = field(default=None, compare=False)  # what flips made these triangles and edges, if they did
     connected_at: Floats | None = field(default=None, compare=False)  # places (n, 2), if the bubbles have moved since
+    straight: bool = False  # whether every facet is a part of a straight wall, or known never to move
 
     def of(self, bubbles: Bubbles) -> "Net":
         """Net with the same facets and triangles, of as many other bubbles, or of these at other places."""
@@ -78,6 +79,8 @@ class Net:
     @property
     def has_simple_rim(self) -> bool:
         """Whether the facets with the domain on one side neither cross nor touch each other but at their ends."""
+        if self.straight:  # the walls of a domain do not
+            return True
         sides = shapely.linestrings(self.bubbles.x[self.facets[~self.two_sided]])
         return bool(shapely.is_simple(shapely.multilinestrings(sides)))
 
@@ -114,6 +117,7 @@ class Net:
             two_sided=np.arange(len(rim) + int(within.sum())) >= len(rim),
             triangles=renumbered[triangles],
             edges=renumbered[edges],
+            straight=self.straight,
         )
 
 
@@ -157,7 +161,8 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
 def unconnected(bubbles: Bubbles, domain: Domain) -> Net:
     """Bubbles of a domain with their boundary edges, and no triangles."""
     facets, piece = domain.boundary.edges(bubbles.piece, bubbles.s)
-    return Net(bubbles, facets, piece, domain.boundary.inner[piece], np.zeros((0, 3), int), np.zeros((0, 2), int))
+    inner, straight = domain.boundary.inner[piece], not domain.boundary.curved[piece].any()
+    return Net(bubbles, facets, piece, inner, np.zeros((0, 3), int), np.zeros((0, 2), int), straight=straight)
 
 
 def _all_within(triangles: Integers, bubbles: Bubbles) -> bool:

@@ -26,7 +26,8 @@ NEGLIGIBLE = 1e-6  # nodes by which the integral of a part may change
 MOST_PARTS = 500_000  # unsettled ones: a spacing that fine is noise, of which they are a fair sample
 FEWEST = 3.0  # nodes of any mesh, though the formula may give less where the spacing exceeds the domain
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
-HALVINGS = 60  # of the reach of a search
+HALVINGS = 60  # of the reach of a search, at the most
+RESOLVED = 1e-9  # reach, in terms of the spacing found, at which a search ends
 
 
 class Extremes(NamedTuple):
@@ -151,4 +152,6 @@ def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, 
             if d.min() < value:
                 best, value = around[d.argmin()], float(d.min())
         reach /= 2
+        if reach < RESOLVED * value:
+            break
     return value, (float(best[0]), float(best[1]))
