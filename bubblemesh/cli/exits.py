@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, missing_library
-from bubblemesh.files import MORE_FILES, TOO_MANY_FILES, reason
+from bubblemesh.files import MORE_FILES, TOO_MANY_FILES, reason, unwritten
 from bubblemesh.messages import printable
 
 SIGNALS = signal.SIGINT, signal.SIGTERM
@@ -114,23 +114,30 @@ def failed(message: str, exit_code: int = BubblemeshError.exit_code) -> typer.Ex
 
 
 class Commands(TyperGroup):
-    """The commands; Typer's messages on options show what steers a terminal as escapes, as all others do."""
+    """The commands; what Typer itself writes, messages on options and help, ends as all others do."""
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         """Context of the command line as a whole."""
-        with _printable_usage():
+        with _as_ours():
             return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that is named."""
-        with _printable_usage():
+        with _as_ours():
             return super().invoke(ctx)
 
 
 @contextmanager
-def _printable_usage() -> Iterator[None]:
+def _as_ours() -> Iterator[None]:
+    """Have usage errors show what steers a terminal as escapes, and help that cannot be written a message."""
     try:
         yield
+    except (BrokenPipeError, SystemExit):  # Rich ends the process where the reader has gone
+        with reported():
+            raise BrokenPipeError from None
+    except OSError as error:
+        with reported():
+            raise unwritten("to the standard output", error) from error
     except Exception as error:
         if isinstance(error, USAGE_ERRORS):
             vars(error)["message"] = printable(str(vars(error)["message"]))

@@ -83,6 +83,16 @@ def test_a_mesh_that_cannot_be_delivered_is_a_failure_even_without_messages(stre
     assert ended(here, "run", "cases/a.yaml", "-o", "-", stdout=output, stderr=output) == 5
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["--show-completion"]])
+@pytest.mark.parametrize("stream", LOST[:2])
+def test_help_that_cannot_be_delivered_is_a_failure_with_a_message(stream, arguments, here):
+    messages, writer = os.pipe()
+    assert ended(here, *arguments, stdout=stream(), stderr=writer) == 5
+    with os.fdopen(messages) as told:
+        assert told.read().count("\n") == 1
+
+
 def test_what_was_buffered_is_given_up_as_well(tmp_path):
     reader, writer = os.pipe()
     with os.fdopen(writer, "w") as stream:
