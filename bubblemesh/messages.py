@@ -85,6 +85,12 @@ def coordinate(value: float, size: float) -> str:
     return f"{value:.{min(digits, 17)}g}" if digits > 0 else "0"
 
 
+def extent(bounds: Sequence[float]) -> str:
+    """A box (x0, y0, x1, y1) as messages write it: [0, 2] x [-1, 1]."""
+    x0, y0, x1, y1 = bounds
+    return f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}]"
+
+
 def once_each(texts: Iterable[str]) -> tuple[str, ...]:
     """The first of all texts that differ in nothing but numbers and places, with the count of the others."""
     kinds: dict[str, list[str]] = {}

@@ -2,18 +2,22 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import InputFile, Positive, PositiveArea, Strict, Text
+from bubblemesh.case.fields import InputFile, Positive, PositiveArea, Strict, Text, evaluated
 
 Kind = Literal["land", "sea", "lines"]
 
 
-def _detail(value: Any) -> Any:
-    if isinstance(value, str) and value not in ("auto",) and not any(letter.isdigit() for letter in value):
-        raise PydanticCustomError("detail", "must be auto or a length")
-    return value
+def _detail(value: Any, info: ValidationInfo) -> Any:
+    if value is None or value == "auto":
+        return value
+    is_word = isinstance(value, str) and not any(letter.isdigit() for letter in value)
+    length = value if is_word else evaluated(value, info)
+    if isinstance(length, bool) or not isinstance(length, int | float) or length <= 0:
+        raise PydanticCustomError("detail", "must be auto or a length above 0")
+    return length
 
 
 class ShorelineKeys(Strict):

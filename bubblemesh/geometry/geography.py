@@ -31,6 +31,7 @@ LARGEST_SCALE = 1.05  # lengths in the plane in terms of those on the ground
 BENT = 0.002  # of its length: what a straight side in degrees may leave that in the plane, or else is a polyline
 PIECES = 1000  # of one side, at most
 STEP_IN_DEGREES, STEP_IN_METRES = 1e-5, 1.0  # by which directions are found
+SAME_PLACE = 5.0  # metres, by which WGS 84, ETRS89 and NAD83 differ at most
 DIGITS = 2  # of the middle of the plane, in degrees
 
 
@@ -203,7 +204,7 @@ class Plane:
 def _require_degrees(points: Floats) -> None:
     """Check that points (n, 2) are longitudes and latitudes of one part of the earth; CaseError if not."""
     x, y = points.T
-    bad = np.flatnonzero((np.abs(y) > 90) | (x < -180) | (x > 360))
+    bad = np.flatnonzero((np.abs(y) > 90) | (np.abs(x) > 2 * HALF_TURN))
     if len(bad):
         px, py = points[bad[0]].tolist()
         raise CaseError(f"({px:g}, {py:g}) is no longitude and latitude: correct it, or crs.from")
@@ -267,11 +268,58 @@ def given_places() -> Callable[[Point], Point] | None:
     return lambda point: as_point(plane.given(np.array([point], float))[0])
 
 
-def require_geographic(degrees: bool | None) -> None:
-    """Check that coordinates that are degrees, if that is known, are so in the case; CaseError if not."""
+def full_turn() -> float | None:
+    """Difference between longitudes of one place, if those are the given coordinates; None if they are not."""
     by = _projecting.get()
-    if by is not None and degrees and not known_system(by.source).is_geographic:
+    return 2 * HALF_TURN if by is not None and known_system(by.source).is_geographic else None
+
+
+def require_system(named: str | None, degrees: bool | None, points: Floats) -> None:
+    """Check that points (n, 2) of a file are in the system of the case; CaseError if they are in another one.
+
+    The file may have ``named`` its system, as a name or as well-known text, and its coordinates may be ``degrees``;
+    None for what is unknown. A name that the library does not know says nothing.
+    """
+    by = _projecting.get()
+    if by is None or len(points) == 0:
+        return
+    if degrees and not known_system(by.source).is_geographic:
         raise CaseError(f"crs.from: {by.source} is in metres, and the file says that its coordinates are degrees")
+    try:
+        other = named and known_system(named)
+    except CaseError:
+        return
+    if named and other and not _same_places(by.source, named, points):
+        code = ":".join(other.to_authority() or ())
+        told = other.name if code in ("", other.name) else f"{other.name} ({code})"
+        raise CaseError(
+            f"its coordinates are in {told}, and crs.from is {by.source}: give that of the file, or take the file to "
+            f"the other by ogr2ogr -t_srs {by.source}"
+        )
+    if degrees is None and not named and _are_surely_degrees(by.source, points):
+        raise CaseError(
+            f"crs.from: {by.source} is in metres, and all coordinates of the file are in the range of degrees: say "
+            "crs: {from: EPSG:4326} if they are, else write their system into the file"
+        )
+
+
+def _same_places(first: str, second: str, points: Floats) -> bool:
+    """Whether points (n, 2) are the same places in two systems, but for what systems of one name differ by."""
+    if same_system(first, second):
+        return True
+    low, high = points.min(axis=0), points.max(axis=0)
+    some = np.array([low, (low + high) / 2, high])
+    places = [_transformed(each, DEGREES, some) for each in (first, second)]
+    _, _, apart = library().Geod(ellps="WGS84").inv(*places[0].T, *places[1].T)
+    return bool((np.asarray(apart) <= SAME_PLACE).all())
+
+
+def _are_surely_degrees(source: str, points: Floats) -> bool:
+    """Whether points (n, 2) of a map are degrees, though a system has metres: it is a public one, none about them."""
+    system = known_system(source)
+    return bool(
+        not system.is_geographic and system.area_of_use is not None and (np.abs(points) <= [2 * HALF_TURN, 90.0]).all()
+    )
 
 
 def projected_ring(ring: Ring) -> Ring:

@@ -15,6 +15,7 @@ from bubblemesh.files import local_copy
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import same_system
 from bubblemesh.meshfiles.read import read_field
+from bubblemesh.messages import extent
 from bubblemesh.problem.crs import given_bounds
 from bubblemesh.readers.grids import Box, completed, is_grid, read_grid
 from bubblemesh.readers.rasters import read_grey, read_gridded
@@ -116,14 +117,9 @@ def elsewhere(key: Key, data: DataFunction, bounds: Sequence[float]) -> str | No
     if x0 <= right and left <= x1 and y0 <= high and low <= y1:
         return None
     return (
-        f"{key}: the data is in {_box(data.bounds)}, the domain in {_box(bounds)}: they do not meet, so that only "
+        f"{key}: the data is in {extent(data.bounds)}, the domain in {extent(bounds)}: they do not meet, so that only "
         "values at the rim of the data count"
     )
-
-
-def _box(bounds: Sequence[float]) -> str:
-    x0, y0, x1, y1 = bounds
-    return f"[{x0:.6g}, {x1:.6g}] x [{y0:.6g}, {y1:.6g}]"
 
 
 def _field(term: FieldTerm, box: Box, system: str | None) -> Read:

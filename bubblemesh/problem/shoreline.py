@@ -90,6 +90,8 @@ def _kept(
     large = [part for part in opened if part.area >= smallest]
     if len(large) < len(opened):
         notes.append(f"{counted(len(opened) - len(large), 'part')} of the sea below {smallest:.6g} left out")
+    if opened and not large:
+        advice = f"all of it is below smallest: {smallest:.6g}: ask for less"
     if not large:
         raise GeometryError(f"no sea is left in the box: {advice}")
     holes = [[ring for ring in part.interiors if shapely.Polygon(ring).area >= smallest] for part in large]

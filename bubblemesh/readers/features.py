@@ -121,6 +121,7 @@ class FeatureCollection:
     hole_points: tuple[Point, ...] | None = None  # in the holes, where the format has them
     unit: str | None = None  # of length, if the file names it
     physical: PhysicalLength | None = None  # of a length, where numbers of the format have none by themselves
+    system: str | None = None  # of the coordinates, as the file names it or as well-known text
     degrees: bool | None = False  # whether coordinates are degrees; None if what they look like decides
 
 

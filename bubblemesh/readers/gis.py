@@ -172,9 +172,9 @@ def _features(
     CaseError or GeometryError with the feature.
     """
     with _quiet(kind):
-        found = pyogrio.read_info(content, layer=inside)["driver"]
-        if found != driver:
-            raise _invalid(kind, f"it is read as {found}")
+        known = pyogrio.read_info(content, layer=inside)["driver"]
+        if known != driver:
+            raise _invalid(kind, f"it is read as {known}")
         meta, numbers, shapes, columns = pyogrio.raw.read(content, layer=inside, return_fids=True)
     fields, bare = [str(key) for key in meta["fields"]], list[Feature]()
     rows = zip(*(column.tolist() for column in columns), strict=True) if columns else repeat(())
@@ -190,7 +190,8 @@ def _features(
         return feature_of(parts, one.name, layer, one.properties)
 
     notes = (NO_HEIGHTS,) if "Z" in str(meta["geometry_type"]).upper().split() else ()
-    return FeatureCollection(selection.converted(bare, with_geometry), notes, degrees=is_geographic(system))
+    found = selection.converted(bare, with_geometry)
+    return FeatureCollection(found, notes, system=system, degrees=is_geographic(system))
 
 
 def _chosen(layer: str | None, layers: list[str]) -> str:

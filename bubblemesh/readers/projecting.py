@@ -6,7 +6,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.geometry.geography import is_projecting, projected, projected_line, projected_ring, require_geographic
+from bubblemesh.geometry.geography import is_projecting, projected, projected_line, projected_ring, require_system
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, vertices_of
@@ -24,8 +24,9 @@ def taken(content: FeatureCollection, selection: Selection) -> list[Feature]:
         return features
     if selection.factor(content) != 1:
         raise CaseError("units and scale are not for coordinates with a crs: leave them out")
-    require_geographic(content.degrees)
-    projected(vertices_of(features))  # all of them decide on the plane, and are checked
+    points = vertices_of(features)
+    require_system(content.system, content.degrees, points)
+    projected(points)  # all of them decide on the plane, and are checked
     return [_projected(one) for one in features]
 
 

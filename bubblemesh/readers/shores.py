@@ -6,17 +6,22 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.geography import is_projecting, require_geographic
-from bubblemesh.geometry.rings import end_of
-from bubblemesh.readers.features import Feature
+from bubblemesh.geometry.geography import full_turn, require_system
+from bubblemesh.geometry.validity import fault_place
+from bubblemesh.messages import counted, extent
+from bubblemesh.readers.features import Feature, vertices_of
 from bubblemesh.readers.formats import content_of
 from bubblemesh.readers.selection import Selection
+from bubblemesh.readers.shore_lines import given_place, left_of, shore_lines
 
 Box = tuple[float, float, float, float]
-ON_SIDE = 2e-6  # of the box's size: what ends nearer to a side of it ends on it
+Shapes = NDArray[np.object_]
+Notes = tuple[str, ...]
+ON_SIDE = 2e-6  # of the box's size: what ends nearer to a side of it ends on it, and shapes so near to each other meet
 
 
 class Faces(NamedTuple):
@@ -30,25 +35,92 @@ class Faces(NamedTuple):
 def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, box: Box) -> Faces:
     """Polygons of a file in a box (x0, y0, x1, y1); what ends at a side of it, but for rounding, ends on that side.
 
-    Lines are closed along the box; what has no line in it is sea. FileError or CaseError if the file cannot be read,
-    has nothing of that kind, or lines cross.
+    Longitudes may be turns away from those of the box. Lines are closed along the box; what has no line in it is sea.
+    FileError or CaseError if the file cannot be read, has nothing of that kind, or lines do not bound land.
     """
     selection = Selection(() if layer is None else (layer,))
     content = content_of(path, selection, "lines" if of == "lines" else "rings")
     features = selection.of(content.features)
-    if is_projecting():
-        require_geographic(content.degrees)
+    require_system(content.system, content.degrees, vertices_of(features))
     frame = shapely.box(*box)
-    if of == "lines":
-        lines = [_on_sides(line, box) for line in _lines(features)]
-        return Faces(_left_of(lines, frame), of_sea=False, notes=content.notes)
-    found = _shapes(features)
-    if not found:
+    found, notes = _left_of(features, box, frame) if of == "lines" else _areas(features, box, frame)
+    shore = shapely.union_all([shape.boundary for shape in found])
+    if not shapely.relate_pattern(shore, frame, "T********"):
+        extents = extent(box), extent(shapely.total_bounds(shapely.multipoints(vertices_of(features))).tolist())
+        notes = (*notes, "no shore lies in the box {}: the shapes of the file are in {}".format(*extents))
+    return Faces(found, of == "sea", (*content.notes, *notes))
+
+
+def _left_of(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tuple[list[shapely.Polygon], Notes]:
+    """Land on the left of lines, and notes."""
+    lines = shore_lines(features)
+    made = np.array([shapely.LineString(line.points) for line in lines], dtype=object)
+    number, turned = _near(made, frame)
+    if len(turned) == 0:
+        return [], ()
+    turned = shapely.transform(turned, lambda points: _on_sides(points, box))
+    cut = shapely.transform(shapely.intersection(turned, frame), lambda points: _on_sides(points, box))
+    moved = [lines[k]._replace(points=shapely.get_coordinates(line)) for k, line in zip(number, turned, strict=True)]
+    return left_of(moved, shapely.union_all(cut), frame)
+
+
+def _areas(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tuple[list[shapely.Polygon], Notes]:
+    """Polygons of features in the frame, without gaps of rounding between them, and notes."""
+    shapes = np.array(_shapes(features), dtype=object)
+    if len(shapes) == 0:
         raise CaseError("has no areas: give polygons, or say of: lines")
-    ending = shapely.transform(np.array(found, dtype=object), lambda points: _on_sides(points, box))
+    _, turned = _near(shapes, frame)
+    faulty = turned[~shapely.is_valid(turned)]
+    ending = shapely.transform(turned, lambda points: _on_sides(points, box))
     cut = shapely.intersection(shapely.make_valid(ending), frame)
-    polygons = [part for part in shapely.get_parts(shapely.get_parts(cut)) if part.geom_type == "Polygon"]
-    return Faces([part for part in polygons if not part.is_empty], of == "sea", content.notes)
+    found = [part for part in shapely.get_parts(shapely.get_parts(cut)) if part.geom_type == "Polygon"]
+    found = [part for part in found if not part.is_empty]
+    told: Notes = ()
+    if len(faulty):
+        where = given_place(fault_place(faulty[0]))
+        told = (f"{counted(len(faulty), 'shape')} mended that crossed or touched itself, the first at {where}",)
+    joined, more = _joined(found, ON_SIDE * max(box[2] - box[0], box[3] - box[1]))
+    return joined, (*told, *more)
+
+
+def _near(shapes: Shapes, frame: shapely.Polygon) -> tuple[Integers, Shapes]:
+    """Numbers (k,) of the shapes whose extents meet a frame, and these shapes, moved to its turn of longitude."""
+    turn, numbers, moved = full_turn(), list[Integers](), list[Shapes]()
+    x0, y0, x1, y1 = frame.bounds
+    for shift in (0.0,) if turn is None else (0.0, -turn, turn):
+        left, low, right, high = (shapely.bounds(shapes) + np.array([shift, 0, shift, 0])).T
+        near = ON_SIDE * max(x1 - x0, y1 - y0)
+        meets = (left <= x1 + near) & (right >= x0 - near) & (low <= y1 + near) & (high >= y0 - near)
+        numbers.append(np.flatnonzero(meets))
+        moved.append(shapely.transform(shapes[meets], lambda points, by=shift: points + np.array([by, 0.0])))
+    return np.concatenate(numbers), np.concatenate(moved)
+
+
+def _joined(shapes: Sequence[shapely.Polygon], near: float) -> tuple[list[shapely.Polygon], Notes]:
+    """The shapes without gaps between them that are narrower than this, and a note on these."""
+    found = np.array(shapes, dtype=object)
+    rims = shapely.boundary(found)
+    first, second = shapely.STRtree(rims).query(rims, predicate="dwithin", distance=near)
+    places = list[Floats]()
+    for i, j in zip(first.tolist(), second.tolist(), strict=True):
+        if i < j and len(apart := _apart(found[i], found[j], near)):
+            places.append(apart[0])
+            found[j] = shapely.snap(found[j], shapely.multipoints(apart), near)
+            found[i] = shapely.snap(found[i], shapely.multipoints(_apart(found[j], found[i], near)), near)
+    if not places:
+        return list(shapes), ()
+    parts = shapely.get_parts(shapely.get_parts(shapely.make_valid(found)))
+    pairs = counted(len(places), "pair")
+    told = f"gaps of rounding closed between {pairs} of shapes, the first at {given_place(places[0])}"
+    return [part for part in parts if part.geom_type == "Polygon" and not part.is_empty], (told,)
+
+
+def _apart(one: shapely.Polygon, other: shapely.Polygon, near: float) -> Floats:
+    """Vertices (k, 2) of a shape that are near to the boundary of another one, and not on it."""
+    rim, points = other.boundary, shapely.get_coordinates(one)
+    shapely.prepare(rim)
+    points = points[shapely.dwithin(rim, shapely.points(points), near)]
+    return points[shapely.distance(rim, shapely.points(points)) > 0]
 
 
 def _on_sides(points: Floats, box: Box) -> Floats:
@@ -67,39 +139,3 @@ def _shapes(features: Sequence[Feature]) -> list[shapely.Polygon]:
     areas = [area for one in features for area in one.areas]
     found = [shapely.Polygon(outer.outline, [hole.outline for hole in holes]) for outer, *holes in areas]
     return found + [shapely.Polygon(ring.outline) for one in features for ring in one.rings]
-
-
-def _lines(features: Sequence[Feature]) -> list[Floats]:
-    """Points (k, 2) of each line, in its direction; rings end where they begin."""
-    curves = [np.array([curve.start, *map(end_of, curve.pieces)]) for one in features for curve in one.curves]
-    loops = [ring.vertices for one in features for ring in (*one.rings, *(ring for area in one.areas for ring in area))]
-    found = [*curves, *(np.array([*loop, loop[0]]) for loop in loops)]
-    if not found:
-        raise CaseError("has no lines: give lines of the shore, or polygons")
-    return found
-
-
-def _left_of(lines: Sequence[Floats], frame: shapely.Polygon) -> list[shapely.Polygon]:
-    """Faces of a frame that are on the left of lines; CaseError if a face is on the left and on the right of some."""
-    inside = shapely.intersection(np.array([shapely.LineString(line) for line in lines], dtype=object), frame)
-    faces = shapely.get_parts(
-        shapely.polygonize(shapely.get_parts(shapely.node(shapely.union_all([*inside, frame.boundary]))))
-    )
-    tree = shapely.STRtree(faces)
-    votes = np.zeros((len(faces), 2))
-    segments = np.vstack([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
-    length = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
-    segments, length = segments[length > 0], length[length > 0]
-    middle, along = segments.mean(axis=1), (segments[:, 1] - segments[:, 0]) / length[:, None]
-    aside = np.column_stack([-along[:, 1], along[:, 0]]) * (1e-3 * length)[:, None]
-    for side, points in enumerate((middle + aside, middle - aside)):
-        point, face = tree.query(shapely.points(points), predicate="within")
-        np.add.at(votes, (face, side), length[point])
-    mixed = np.flatnonzero((votes > 0.05 * votes.sum(axis=1, keepdims=True)).all(axis=1))
-    if len(mixed):
-        x, y = shapely.get_coordinates(shapely.point_on_surface(faces[mixed[0]]))[0].tolist()
-        raise CaseError(
-            f"the lines around ({x:.6g}, {y:.6g}) have the land on their left and on their right: turn some of them, "
-            "or close the gaps between them"
-        )
-    return [face for face, (left, right) in zip(faces, votes, strict=True) if left > right]

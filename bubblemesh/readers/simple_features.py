@@ -39,7 +39,7 @@ OTHER_JSON = {
 COLLECTION = "GeometryCollection"
 DEEPEST = 20  # collections within collections
 MOST_DIGITS = 300  # of a whole number: longer ones exceed the floats
-SYSTEM = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
+SYSTEM = re.compile(r"\s*SRID\s*=\s*(\d+)\s*;", re.IGNORECASE)
 WITH_SYSTEM = 0x20000000  # flag of EWKB: a number of a reference system follows
 CURVED = "its curves (arcs) are not read: turn them into lines first, as ST_CurveToLine does"
 
@@ -57,14 +57,15 @@ def read_geojson(path: Path, selection: Selection) -> FeatureCollection:
                 raise CaseError(f"it is what {program} writes, no GeoJSON: {way}")
     if not isinstance(entries, list):
         raise CaseError("the FeatureCollection has no list of features: give it one")
-    return _collection(entries, selection, _degrees_of(data))
+    return _collection(entries, selection, _system_of(data))
 
 
-def _degrees_of(data: Any) -> bool | None:
-    """Whether the system that GeoJSON of before 2016 names has degrees; None if it names none, or an unknown one."""
+def _system_of(data: Any) -> str | None:
+    """The system that GeoJSON of before 2016 names, if it does."""
     named = data.get("crs") if isinstance(data, dict) else None
     properties = named.get("properties") if isinstance(named, dict) else None
-    return is_named_geographic(properties.get("name")) if isinstance(properties, dict) else None
+    name = properties.get("name") if isinstance(properties, dict) else None
+    return name if isinstance(name, str) else None
 
 
 def read_geojson_lines(path: Path, selection: Selection) -> FeatureCollection:
@@ -117,13 +118,13 @@ def _whole(digits: str) -> int | float:
     return int(digits) if len(digits) <= MOST_DIGITS else float(digits)
 
 
-def _collection(entries: list[Any], selection: Selection, degrees: bool | None = None) -> FeatureCollection:
+def _collection(entries: list[Any], selection: Selection, system: str | None = None) -> FeatureCollection:
     if not entries:
         raise CaseError("there are no features in it: give a Polygon, or lines that meet")
     notes: dict[str, None] = {}
     bare = [_bare(entry, k) for k, entry in enumerate(entries)]
     found = selection.converted(bare, lambda number, one: _with_geometry(one, entries[number], notes))
-    return FeatureCollection(found, tuple(notes), degrees=degrees)
+    return FeatureCollection(found, tuple(notes), system=system, degrees=is_named_geographic(system))
 
 
 def _bare(entry: Any, number: int) -> Feature:
@@ -214,7 +215,7 @@ def read_wkt(path: Path) -> FeatureCollection:
     for number, (line, text) in enumerate(_statements(read_text(path))):
         name = f"feature {number} (line {line})"
         shapes[name] = _shape(shapely.from_wkt, SYSTEM.sub("", text, count=1), f"{name}: not valid WKT", advice)
-        systems.update(found.group().strip("; ") for found in [SYSTEM.match(text)] if found)
+        systems.update(found[1] for found in [SYSTEM.match(text)] if found)
     return _of_shapes(shapes, systems)
 
 
@@ -230,7 +231,7 @@ def read_wkb(path: Path) -> FeatureCollection:
         blobs = list(_parted(content))
     names = [f"feature {number}" for number in range(len(blobs))]
     shapes = {name: shape_of_wkb(blob, name) for name, blob in zip(names, blobs, strict=True)}
-    return _of_shapes(shapes, {str(shapely.get_srid(shape)) for shape in shapes.values()})
+    return _of_shapes(shapes, {str(shapely.get_srid(shape)) for shape in shapes.values()} - {"0"})
 
 
 def _parted(content: bytes) -> Iterator[bytes]:
@@ -270,13 +271,14 @@ def _end_of_wkb(content: bytes, start: int) -> int:
 
 
 def _of_shapes(shapes: dict[str, shapely.Geometry], systems: set[str]) -> FeatureCollection:
-    """A feature for each shape, by its name; the ``systems`` that they name may be in degrees."""
+    """A feature for each shape, by its name, in the one of the ``systems``, numbers of EPSG, that they name."""
     if not shapes:
         raise CaseError("there is no geometry in it: give a POLYGON, or lines that meet")
     solid = any(shapely.has_z(shape) for shape in shapes.values())
     features = tuple(feature_of(parts_of(shape), name) for name, shape in shapes.items())
+    system = f"EPSG:{next(iter(systems))}" if len(systems) == 1 else None
     degrees = True if any(map(is_named_geographic, systems)) else None
-    return FeatureCollection(features, (NO_HEIGHTS,) if solid else (), degrees=degrees)
+    return FeatureCollection(features, (NO_HEIGHTS,) if solid else (), system=system, degrees=degrees)
 
 
 def shape_of_wkb(wkb: bytes, name: str) -> shapely.Geometry:

@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+import shapely
 from commands import command
 from invariants import check_mesh
 
@@ -304,14 +305,71 @@ def test_the_date_line_may_be_crossed_by_continuous_longitudes():
 
 def test_a_file_in_degrees_is_not_in_metres(in_folder):
     pyogrio = pytest.importorskip("pyogrio")
-    import shapely
-
     square = np.array([shapely.to_wkb(shapely.box(1.01, 50.02, 2.03, 51.04))], dtype=object)
     options = {"field_data": [np.array(["a"], object)], "fields": ["n"], "geometry_type": "Polygon"}
     pyogrio.raw.write("a.gpkg", geometry=square, driver="GPKG", crs="EPSG:4326", **options)
     with pytest.raises(CaseError, match=r"a.gpkg: crs.from: EPSG:27700 is in metres, and the file says"):
         prepare(case({"file": "a.gpkg"}, crs={"from": "EPSG:27700"}))
     assert prepare(case({"file": "a.gpkg"}, "10 km")).warnings == ()
+
+
+SQUARE = [[500000, 5500000], [500900, 5500000], [500900, 5500900], [500000, 5500900], [500000, 5500000]]
+NO_CODE = (  # as Esri's programs name it
+    'PROJCS["WGS_1984_UTM_Zone_32N",GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],'
+    'PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],'
+    'PARAMETER["False_Easting",500000.0],PARAMETER["False_Northing",0.0],PARAMETER["Central_Meridian",9.0],'
+    'PARAMETER["Scale_Factor",0.9996],PARAMETER["Latitude_Of_Origin",0.0],UNIT["Meter",1.0]]'
+)
+
+
+def declaring(system):
+    """A square in metres as GeoJSON that names its system."""
+    named = {"crs": {"type": "name", "properties": {"name": system}}} if system else {}
+    feature = {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [SQUARE]}}
+    return json.dumps({"type": "FeatureCollection", "features": [feature]} | named)
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "given"),
+    [
+        ("a.geojson", declaring("urn:ogc:def:crs:EPSG::32632"), "EPSG:32633"),
+        ("a.wkt", f"SRID=32632;{shapely.Polygon(SQUARE).wkt}", "EPSG:32633"),
+        (
+            "a.wkb",
+            shapely.to_wkb(shapely.set_srid(shapely.Polygon(SQUARE), 32632), hex=True, include_srid=True),
+            "EPSG:25833",
+        ),
+        ("a.geojson", declaring("EPSG:32632"), "EPSG:27700"),
+        ("a.geojson", declaring("EPSG:32118"), "EPSG:2263"),
+        ("a.geojson", declaring(NO_CODE), "EPSG:32633"),
+    ],
+)
+def test_a_file_that_names_another_system_is_refused(in_folder, file, text, given):
+    (in_folder / file).write_text(text)
+    with pytest.raises(
+        CaseError, match=rf"its coordinates are in .*(UTM|New York).*, and crs.from is {given}: give that"
+    ):
+        prepare(case({"file": file}, 100, {"from": given}))
+    shore = {"box": [500000, 5500000, 501000, 5501000], "shoreline": {"file": file}}
+    with pytest.raises(CaseError, match=rf"{file}: its coordinates are in .*, and crs.from is {given}: give that"):
+        prepare(case(shore, 100, {"from": given}))
+
+
+@pytest.mark.parametrize("system", ["EPSG:32632", "EPSG:25832", NO_CODE, "an unknown one", None])
+def test_a_file_may_name_the_system_in_other_words(in_folder, system):
+    (in_folder / "a.geojson").write_text(declaring(system))
+    assert prepare(case({"file": "a.geojson"}, 100, {"from": "EPSG:32632"})).domain.polygon.area == pytest.approx(
+        810e3, rel=2e-3
+    )
+
+
+def test_a_map_in_the_range_of_degrees_is_in_no_system_of_metres(in_folder):
+    text = shapely.box(8, 50, 9, 51).wkt
+    (in_folder / "a.wkt").write_text(text)
+    with pytest.raises(CaseError, match=r"a.wkt: crs.from: EPSG:3857 is in metres, and all .* in the range of degrees"):
+        prepare(case({"file": "a.wkt"}, 100, {"from": "EPSG:3857"}))
+    (in_folder / "a.wkt").write_text(f"SRID=3857;{text}")
+    assert prepare(case({"file": "a.wkt"}, 0.3, {"from": "EPSG:3857"})).domain.polygon.area == pytest.approx(1, rel=0.1)
 
 
 # Units

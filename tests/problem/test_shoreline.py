@@ -333,7 +333,7 @@ def test_lines_are_closed_along_the_box():
     assert set(result.mesh.labels) == {"open", "land", "island"}
     write([shore, shapely.LineString(island.coords)])
     with pytest.raises(
-        BubblemeshError, match=r"coast.geojson: the lines around \(.*\) have the land on their left and on"
+        BubblemeshError, match=r"coast.geojson: feature 1 runs against the other lines around it at \(3"
     ):
         prepare(case(of="lines"))
 
@@ -344,7 +344,9 @@ def test_lines_are_closed_along_the_box():
         ([shapely.box(-10, -10, 200, 200)], {}, "coast.geojson: no sea is left in the box"),
         ([shapely.LineString([(0, 0), (50, 50)])], {}, "has no areas: give polygons, or say of: lines"),
         ([shapely.Point(0, 0)], {"of": "lines"}, "has no lines: give lines of the shore, or polygons"),
-        (LAND, {"detail": "all"}, "detail: must be auto or a length"),
+        (LAND, {"detail": "all"}, r"detail: must be auto or a length above 0 \(found"),
+        (LAND, {"detail": -5}, r"detail: must be auto or a length above 0 \(found"),
+        (LAND, {"smallest": 1e6}, "no sea is left in the box: all of it is below smallest: 1e.06: ask for less"),
         (LAND, {"of": "rock"}, "domain.shoreline.of: must be 'land', 'sea' or 'lines'"),
         (LAND, {"box": [0, 0, 0, 1]}, "must be .x0, y0, x1, y1. with x0 below x1"),
     ],
