@@ -17,7 +17,7 @@ from bubblemesh.geometry.geography import same_system
 from bubblemesh.meshfiles.read import read_field
 from bubblemesh.messages import extent
 from bubblemesh.problem.crs import given_bounds
-from bubblemesh.readers.grids import Box, completed, is_grid, read_grid
+from bubblemesh.readers.grids import Box, completed, is_grid, read_grid, system_of
 from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField, scattered
@@ -158,9 +158,11 @@ def _grid(term: RasterTerm, box: Box, system: str | None, *, signed: bool = True
     with prefixed(term.file):
         if term.bounds is not None or term.origin == "upper":
             raise CaseError("says itself where its pixels are: leave bounds and origin out")
-        grid = read_grid(local_copy(Path(term.file)), term.name, box)
-        if system is not None and grid.system is not None and not same_system(system, grid.system):
+        path = local_copy(Path(term.file))
+        own = None if system is None else system_of(path)
+        if system is not None and own is not None and not same_system(system, own):
             raise CaseError(f"is in another system than crs.from: take it there by gdalwarp -t_srs {system}")
+        grid = read_grid(path, term.name, box)
         values, missing = completed(grid.values)
         notes = []
         if missing:

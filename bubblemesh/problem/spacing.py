@@ -206,18 +206,22 @@ def spacing_request(
     key, value = terms.basis
     path = ("spacing", key) if spacing is given else ("spacing",)
     rest = Spacing(nothing) if value is None else _bound(value, domain, *path, rasters=rasters)
-    functions, astray = _data(terms, domain, rasters)
-    found = (
+    bound = (
         _by_region(rest, domain, own or {}, rasters),
         *_in_regions(terms.regions, domain, rasters),
         *_of_depth(terms, domain, rasters),
+    )
+    deep = _depth_of_nodes(terms, domain, rasters, depth)
+    # After all that names rasters: one whose name is misspelt there would be taken as a spacing.
+    functions, astray = _data(terms, domain, rasters)
+    found = (
+        *bound,
         *_near(terms, domain),
         *(Spacing(_in_plane(data, domain), keys=OneKey(key)) for key, data in functions.items()),
     )
     of_data = [data.spots for data in functions.values()]
     spots = np.vstack([*_spots(terms, domain), *(of_data if plane is None else map(plane.near, of_data))])
     at = _not_below_courant(within_limits(terms, found, spots, terms.scale), terms, domain, rasters)
-    deep = _depth_of_nodes(terms, domain, rasters, depth)
     return SpacingRequest(at, rules_of(terms), terms.nodes, (*told, *astray), depth=deep, rasters=rasters)
 
 

@@ -4,8 +4,8 @@ Only the part around a domain is read, and of more pixels than are needed each s
 """
 
 import math
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,7 +36,6 @@ class Grid(NamedTuple):
     x: Floats  # (c,)
     y: Floats  # (r,)
     values: Floats  # (r, c)
-    system: str | None = None  # of the coordinates, if the file tells
     step: int = 1  # of so many pixels in each direction one was read
 
 
@@ -50,6 +49,14 @@ def read_grid(path: Path, name: str | None, box: Box | None) -> Grid:
     if found.values.size == 0 or found.values.shape != (len(found.y), len(found.x)):
         raise CaseError(f"{found.name} is no grid with rows and columns")
     return found
+
+
+def system_of(path: Path) -> str | None:
+    """The coordinate reference system of a grid as well-known text, if the file tells; FileError as of `read_grid`."""
+    if path.suffix.lower() not in GEOTIFF:
+        return None
+    with _geotiff(path) as data:
+        return data.crs.to_wkt() if data.crs else None
 
 
 def is_grid(path: Path) -> bool:
@@ -185,11 +192,11 @@ def _one_of(known: list[str], name: str | None) -> str:
     return known[0] if name is None else name
 
 
-def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
+@contextmanager
+def _geotiff(path: Path) -> Iterator[Any]:
+    """The open file; FileError if it cannot be read, also for any error of the library within the block."""
     try:
         import rasterio
-        from rasterio.enums import Resampling
-        from rasterio.windows import Window
     except ModuleNotFoundError:
         raise FileError('rasterio is needed to read it: pip install "bubblemesh[geo]"') from None
     safe = {"GDAL_PAM_ENABLED": "NO", "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR", "PROJ_NETWORK": "OFF"}
@@ -200,35 +207,41 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
             if stream.peek(4)[:4] not in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"):
                 raise FileError("is no TIFF")
             stack.enter_context(rasterio.Env(**safe))
-            data = stack.enter_context(rasterio.open(path, driver="GTiff"))
-            across = data.transform
-            if across.b or across.d or across.is_identity:
-                raise CaseError("has no place, or is turned: give it one, as by gdalwarp")
-            x = across.c + across.a * (np.arange(data.width) + 0.5)
-            y = across.f + across.e * (np.arange(data.height) + 0.5)
-            bounds = _box(box)
-            step = _step(y, x, bounds)
-            band, called = _band(data, name, path.stem)
-            columns, rows = _window(x, bounds[0], bounds[2], 1, "x"), _window(y, bounds[1], bounds[3], 1, "y")
-            if len(columns.runs) > 1:
-                raise CaseError("the domain crosses its eastern edge: turn it there, as by gdalwarp -te")
-            (left, width), (low, height) = (
-                _extent(part.runs[0], n) for part, n in ((columns, data.width), (rows, data.height))
-            )
-            shape = max(height // step, 1), max(width // step, 1)
-            window = Window(left, low, width, height)
-            found = data.read(band, window=window, out_shape=shape, masked=True, resampling=Resampling.average)
-            values = np.ma.filled(found.astype(float), np.nan) * data.scales[band - 1] + data.offsets[band - 1]
-            # Of several pixels the mean is in their middle.
-            x = np.interp(_middles(width, shape[1]), np.arange(width), np.sort(columns.at))
-            y = np.interp(_middles(height, shape[0]), np.arange(height), np.sort(rows.at))
-            x, y = (each if positive else each[::-1] for each, positive in ((x, across.a > 0), (y, across.e > 0)))
-            system = data.crs.to_wkt() if data.crs else None
+            yield stack.enter_context(rasterio.open(path, driver="GTiff"))
     except (BubblemeshError, MemoryError):
         raise
     except Exception as error:  # damaged files fail in any way
         raise FileError(f"is no GeoTIFF that can be read: {cause(error, 200)}") from error
-    return Grid(called, x, y, values, system, step)
+
+
+def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
+    with _geotiff(path) as data:
+        from rasterio.enums import Resampling
+        from rasterio.windows import Window
+
+        across = data.transform
+        if across.b or across.d or across.is_identity:
+            raise CaseError("has no place, or is turned: give it one, as by gdalwarp")
+        x = across.c + across.a * (np.arange(data.width) + 0.5)
+        y = across.f + across.e * (np.arange(data.height) + 0.5)
+        bounds = _box(box)
+        step = _step(y, x, bounds)
+        band, called = _band(data, name, path.stem)
+        columns, rows = _window(x, bounds[0], bounds[2], 1, "x"), _window(y, bounds[1], bounds[3], 1, "y")
+        if len(columns.runs) > 1:
+            raise CaseError("the domain crosses its eastern edge: turn it there, as by gdalwarp -te")
+        (left, width), (low, height) = (
+            _extent(part.runs[0], n) for part, n in ((columns, data.width), (rows, data.height))
+        )
+        shape = max(height // step, 1), max(width // step, 1)
+        window = Window(left, low, width, height)
+        found = data.read(band, window=window, out_shape=shape, masked=True, resampling=Resampling.average)
+        values = np.ma.filled(found.astype(float), np.nan) * data.scales[band - 1] + data.offsets[band - 1]
+        # Of several pixels the mean is in their middle.
+        x = np.interp(_middles(width, shape[1]), np.arange(width), np.sort(columns.at))
+        y = np.interp(_middles(height, shape[0]), np.arange(height), np.sort(rows.at))
+        x, y = (each if positive else each[::-1] for each, positive in ((x, across.a > 0), (y, across.e > 0)))
+    return Grid(called, x, y, values, step)
 
 
 def _band(data: Any, name: str | None, stem: str) -> tuple[int, str]:
@@ -268,7 +281,8 @@ def _middles(size: int, count: int) -> Floats:
     return (np.arange(count) + 0.5) * size / count - 0.5
 
 
-HEADER = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "nodata_value")
+HEADER = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
+NO_DATA = -9999.0  # where the header does not tell, as Esri says
 
 
 def _read_ascii(path: Path, name: str | None, box: Box | None) -> Grid:
@@ -282,19 +296,19 @@ def _read_ascii(path: Path, name: str | None, box: Box | None) -> Grid:
             break
         head[words[0].lower().decode("latin-1")] = _number(words[1])
         place += len(line) + len(end)
-    if not {"ncols", "nrows", "cellsize"} <= head.keys():
-        raise FileError("does not begin with ncols, nrows and cellsize: it is no ASCII grid")
-    columns, rows, size = int(head["ncols"]), int(head["nrows"]), head["cellsize"]
+    if not {"ncols", "nrows"} <= head.keys() or not ({"cellsize"} <= head.keys() or {"dx", "dy"} <= head.keys()):
+        raise FileError("does not begin with ncols, nrows and cellsize, or dx and dy: it is no ASCII grid")
+    columns, rows = int(head["ncols"]), int(head["nrows"])
+    dx, dy = (head[key] if key in head else head["cellsize"] for key in ("dx", "dy"))
     values = _numbers(content[place:])
     if min(columns, rows) < 1 or len(values) != columns * rows:
         raise FileError(f"has {len(values):,} values where {rows} rows of {columns} are told")
     values = values.reshape(rows, columns)
-    if "nodata_value" in head:
-        values[values == head["nodata_value"]] = np.nan
-    x0 = head["xllcenter"] if "xllcenter" in head else head.get("xllcorner", 0.0) + size / 2
-    y0 = head["yllcenter"] if "yllcenter" in head else head.get("yllcorner", 0.0) + size / 2
-    x: Floats = x0 + size * np.arange(columns, dtype=float)
-    y: Floats = y0 + size * np.arange(rows, dtype=float)[::-1]
+    values[values == head.get("nodata_value", NO_DATA)] = np.nan
+    x0 = head["xllcenter"] if "xllcenter" in head else head.get("xllcorner", 0.0) + dx / 2
+    y0 = head["yllcenter"] if "yllcenter" in head else head.get("yllcorner", 0.0) + dy / 2
+    x: Floats = x0 + dx * np.arange(columns, dtype=float)
+    y: Floats = y0 + dy * np.arange(rows, dtype=float)[::-1]
     return _cut(Grid(path.stem if name is None else name, x, y, values), box)
 
 
@@ -337,10 +351,11 @@ def _cut(grid: Grid, box: Box | None) -> Grid:
     return grid._replace(x=columns.at, y=rows.at, values=chosen, step=step)
 
 
+GEOTIFF = (".tif", ".tiff")
 GRIDS: Mapping[str, Callable[[Path, str | None, Box | None], Grid]] = {
     ".nc": _read_netcdf,
-    ".tif": _read_geotiff,
-    ".tiff": _read_geotiff,
+    ".grd": _read_netcdf,  # of GMT
+    **dict.fromkeys(GEOTIFF, _read_geotiff),
     ".asc": _read_ascii,
     ".xyz": _read_xyz,
 }

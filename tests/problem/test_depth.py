@@ -269,6 +269,24 @@ def test_depth_is_at_given_places(folder):
 
 @pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")
 @pytest.mark.parametrize(
+    ("terms", "keys"),
+    [
+        ({"value": 0.2, "waves": {"depth": "-raster.deep", "period": 3600, "per_length": 20}}, {}),
+        ({"value": 0.2}, {"output": {"depth": "-raster.deep"}}),
+    ],
+)
+def test_a_raster_with_a_misspelt_name_is_not_taken_as_a_spacing(folder, terms, keys):
+    np.savez(folder / "bed.npz", x=np.arange(3.0), y=np.arange(3.0), depth=np.full((3, 3), -5.0))
+    terms |= {"raster": {"file": "bed.npz", "name": "depth"}}
+    with pytest.raises(CaseError, match=r"depth: .*there is no raster 'deep'"):
+        prepare(
+            load_case(
+                "sea.yaml", text=json.dumps({"domain": {"outer": {"rectangle": [0, 0, 2, 2]}}, "spacing": terms} | keys)
+            )
+        )
+
+
+@pytest.mark.parametrize(
     "terms",
     [
         {"waves": TIDE | {"depth": "sea"}, "maximum": "20 km", "raster": {"file": "sea.tif"}},
@@ -276,11 +294,12 @@ def test_depth_is_at_given_places(folder):
     ],
     ids=["by name", "as a spacing"],
 )
+@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of rasterio's own
 def test_a_grid_of_another_system_is_refused(folder, terms):
     rasterio, _ = pytest.importorskip("rasterio"), pytest.importorskip("pyproj")
-    across = rasterio.transform.from_origin(-7, 51, 0.1, 0.1)
-    shape = {"height": 20, "width": 30, "count": 1, "dtype": "float32", "transform": across}
-    for system, fits in (("EPSG:4326", True), ("EPSG:4258", False)):
+    shape = {"height": 20, "width": 30, "count": 1, "dtype": "float32"}
+    for system, west, fits in (("EPSG:4326", -7, True), ("EPSG:4258", -7, False), ("EPSG:32630", 4e5, False)):
+        shape["transform"] = rasterio.transform.from_origin(west, 51, 0.1, 0.1)
         with rasterio.open(folder / "sea.tif", "w", driver="GTiff", crs=system, **shape) as file:
             file.write(np.full((20, 30), 40, np.float32), 1)
         keys = {

@@ -7,7 +7,7 @@ from scipy.io import netcdf_file
 
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.readers import grids
-from bubblemesh.readers.grids import completed, read_grid
+from bubblemesh.readers.grids import completed, read_grid, system_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of rasterio's own
 X, Y = np.linspace(-7, 2, 91), np.linspace(49, 57, 81)
@@ -148,13 +148,30 @@ def test_values_of_geotiff_have_their_scale_and_offset(tmp_path):
     right(grid._replace(x=grid.x[30:], values=grid.values[:, 30:]))
 
 
+def test_ascii_grids_have_no_value_at_9999_below_zero_unless_they_say_else(tmp_path):
+    for said, missing in (("", 1), ("NODATA_value 7\n", 0)):
+        (tmp_path / "a.asc").write_text(f"ncols 2\nnrows 1\ncellsize 1\n{said}-9999 5\n")
+        assert np.isnan(read_grid(tmp_path / "a.asc", None, None).values).sum() == missing
+
+
+def test_cells_of_ascii_grids_may_be_no_squares(tmp_path):
+    (tmp_path / "a.asc").write_text("ncols 2\nnrows 2\nxllcorner 1\nyllcorner 0\ndx 2\ndy 0.5\n1 2\n3 4\n")
+    grid = read_grid(tmp_path / "a.asc", None, None)
+    np.testing.assert_array_equal([grid.x, np.sort(grid.y)], [[2, 4], [0.25, 0.75]])
+
+
+def test_grids_of_gmt_are_netcdf(tmp_path):
+    classic(tmp_path / "a.grd")
+    right(read_grid(tmp_path / "a.grd", None, BOX))
+
+
 def test_missing_values_of_geotiff_are_none(tmp_path):
     z = Z[::-1].copy()
     z[:, :30] = -9999
     geotiff(tmp_path / "a.tif", z, nodata=-9999, compress="deflate", tiled=True, blockxsize=16, blockysize=16)
     grid = read_grid(tmp_path / "a.tif", None, None)
     assert np.isnan(grid.values).mean() == pytest.approx(30 / 91)
-    assert "WGS 84" in grid.system
+    assert "WGS 84" in system_of(tmp_path / "a.tif")
 
 
 @pytest.mark.parametrize(
