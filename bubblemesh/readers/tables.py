@@ -14,7 +14,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.files import read_text
-from bubblemesh.messages import shown
+from bubblemesh.messages import listed, shown
 
 SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")
@@ -26,8 +26,16 @@ DECIMAL_COMMA = re.compile(r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?")
 WITH_COMMA = re.compile(r"[-+]?\d[\d.]*,[\d.,]*([eE][-+]?\d+)?")
 THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")  # or so many thousandths
 DELIMITERS = ";\t,"  # the first that a header has
-X = ("x", "lon", "long", "lng", "longitude", "easting", "east", "xcoord", "xcoordinate", "pointx", "coordx")
-Y = ("y", "lat", "latitude", "northing", "north", "ycoord", "ycoordinate", "pointy", "coordy")
+# The last ones are those of German surveyors.
+X = (
+    *("x", "lon", "long", "lng", "longitude", "easting", "east", "xcoord", "xcoordinate", "pointx", "coordx"),
+    *("rechtswert", "rechts", "ostwert", "ost"),
+)
+Y = (
+    *("y", "lat", "latitude", "northing", "north", "ycoord", "ycoordinate", "pointy", "coordy"),
+    *("hochwert", "hoch", "nordwert", "nord"),
+)
+UNIT = re.compile(r"[\s_.-]+(mm|cm|m|km|ft|deg|degrees?|dd|utm)$")  # at the end of a name, as of x_m
 
 
 class Line(NamedTuple):
@@ -145,16 +153,25 @@ def named_rows(content: str, fewest: int = 2) -> tuple[list[Named], str] | None:
 
     It does not either if it names fewer than ``fewest`` columns.
 
-    A row has no place if it is blank or its x and y are no numbers (nan). CaseError with the line.
+    A row has no place if it is blank or its x and y are no numbers (nan). CaseError with the line, and for three names
+    or more in a table with as many numbers in a row, of which none are known as x and y: the first may be a number of
+    the row.
     """
     lines = content.splitlines()
     first = next((k for k, text in enumerate(lines) if COMMENT.sub("", text).strip()), 0)
     header = lines[first] if lines else ""
     delimiter = next((letter for letter in DELIMITERS if letter in header), None)
     names = _cells(header, delimiter)
-    plain = [re.sub(r"[\W_]", "", name.partition("(")[0].partition("[")[0].lower()) for name in names]
+    plain = [_plain_name(name) for name in names]
     columns = [next((plain.index(name) for name in known if name in plain), None) for known in (X, Y)]
-    if columns[0] is None or columns[1] is None or len(names) < fewest:
+    if columns[0] is None or columns[1] is None:
+        if delimiter is not None and len(names) > 2 and _are_columns(names, lines[first + 1 :], delimiter):
+            found = listed([repr(shown(name, 20)) for name in names])
+            raise CaseError(
+                f"line {first + 1}: of the columns {found} none are known as x and y: call two of them x and y"
+            )
+        return None
+    if len(names) < fewest:
         return None
     rows = []
     for number, text in enumerate(lines[first + 1 :], start=first + 2):
@@ -162,6 +179,19 @@ def named_rows(content: str, fewest: int = 2) -> tuple[list[Named], str] | None:
         here = [cells[column] if column < len(cells) else "" for column in columns if column is not None]
         rows.append(Named(number, _place(here, number, text, delimiter), dict(zip(names, cells, strict=False))))
     return rows, f"{names[columns[0]]!r} and {names[columns[1]]!r}"
+
+
+def _plain_name(name: str) -> str:
+    """The name of a column without a unit, signs and blanks, in small letters."""
+    return re.sub(r"[\W_]", "", UNIT.sub("", name.partition("(")[0].partition("[")[0].strip().lower()))
+
+
+def _are_columns(names: Sequence[str], lines: Sequence[str], delimiter: str) -> bool:
+    """Whether the first of some lines with anything in it has as many numbers as there are names, which are none."""
+    row = next((text for text in lines if COMMENT.sub("", text).strip()), "")
+    cells = [cell.replace(",", ".") for cell in _cells(row, delimiter)]
+    numbers = len(cells) == len(names) and numbers_in(cells) is not None
+    return numbers and not any(NUMBER.fullmatch(name) for name in names)
 
 
 def _cells(text: str, delimiter: str | None) -> list[str]:

@@ -89,6 +89,10 @@ class TestColumns:
             "site\tEasting (m)\tNorthing (m)\nA\t0\t0\nB\t4\t0\nC\t4\t4\nD\t0\t4\n",
             'fid,lon,lat,remark\n1,0,0,"a, b"\n2,4,0,\n3,4,4,c\n4,0,4,d\n',
             "x y z\n0 0 1\n4 0 1\n4 4 1\n0 4 1\n",
+            "id,x_m,y_m\n7,0,0\n8,4,0\n9,4,4\n10,0,4\n",
+            "Nr;Rechtswert;Hochwert\n11;0;0\n12;4;0\n13;4;4\n14;0;4\n",
+            "Punkt;Rechts;Hoch\nA1;0;0\nA2;4;0\nA3;4;4\nA4;0;4\n",
+            "no,y [m],x [m]\n3,0,0\n4,0,4\n5,4,4\n6,4,0\n",
         ],
     )
     def test_columns_of_x_and_y(self, written, text):
@@ -100,6 +104,12 @@ class TestColumns:
         (ring,) = read_rings(written("b.csv", "1,0,0\n2,4,0\n3,4,4\n4,0,4\n"), Selection())
         (note,) = ring.notes
         assert note.endswith("and the first, which counts the rows, is x: name columns x and y in the first line")
+
+    @pytest.mark.parametrize("read", [read_rings, lambda path, chosen: read_points(path, chosen, None)])
+    def test_columns_of_which_none_is_x_are_refused(self, written, read):
+        told = "line 2: of the columns 'no', 'a', 'b' none are known as x and y: call two of them x and y"
+        with pytest.raises(CaseError, match=told):
+            read(written("a.csv", "# made up\nno,a,b\n7,0,0\n8,4,0\n9,4,4\n"), Selection())
 
     def test_rows_of_nan_and_blank_lines_part_rings(self, written):
         text = "x,y,k\n0,0,1\n4,0,1\n4,4,1\nnan,nan,0\n1,1,2\n2,1,2\n2,2,2\n\n7,7,3\n8,7,3\n8,8,3\n"
