@@ -245,8 +245,13 @@ def _is_plane(entity: Any) -> bool:
             return True
         if not entity.is_2d_polyline:
             return False
+    return not _is_turned(entity)
+
+
+def _is_turned(entity: Any) -> bool:
+    """Whether an entity is turned out of the plane of the drawing, by its extrusion."""
     direction = entity.dxf.get("extrusion", (0, 0, 1))
-    return bool(abs(direction[0]) + abs(direction[1]) < 1e-9)
+    return bool(abs(direction[0]) + abs(direction[1]) >= 1e-9)
 
 
 def _heights(entity: Any) -> set[float]:
@@ -271,7 +276,8 @@ def _unused(kind: str, entities: list[Any]) -> str:
     keys = [key for key in PLACES if first.dxf.hasattr(key)]
     at = first.dxf.get(keys[0]) if keys else None
     where = f" at {place((at[0], at[1]))}" if at is not None else ""
-    advice = ": explode them to lines and arcs" if kind in BODIES else ""
+    turned = ": it is turned out of the plane of the drawing" if kind in CURVES and _is_turned(first) else ""
+    advice = ": explode them to lines and arcs" if kind in BODIES else turned
     return f"{len(entities)} {kind} not used, the first on layer {shown(first.dxf.layer, 40)}{where}{advice}"
 
 

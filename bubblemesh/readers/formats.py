@@ -84,6 +84,7 @@ ELSEWHERE = {
     ),
     (".ai", ".eps", ".pdf", ".cdr", ".wmf", ".emf"): "export it as {0}.svg from a drawing program",
     (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".gif", ".bmp"): "trace its outlines to {0}.svg, as Inkscape does",
+    (".gz", ".svgz", ".bz2", ".xz", ".zip", ".7z"): "unpack {1} first",
 }
 
 

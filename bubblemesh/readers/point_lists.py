@@ -20,6 +20,7 @@ from bubblemesh.readers.tables import (
     has_decimal_commas,
     lines_of,
     named_rows,
+    number_of,
     numbers_in,
     plain_line,
 )
@@ -85,7 +86,7 @@ def _first_two(text: str) -> tuple[list[tuple[int, tuple[float, float], dict[str
         plain = plain.replace(",", ".") if decimal else plain
         words = [word for word in SEPARATOR.split(plain) if NUMBER.fullmatch(word)]
         if len(words) >= 2:
-            rows.append((number, (float(words[0]), float(words[1])), dict[str, str]()))
+            rows.append((number, (number_of(words[0]), number_of(words[1])), dict[str, str]()))
             widest = max(widest, len(words))
         elif plain and rows:
             raise CaseError(f"line {number}: not a point: {shown(line, 40)!r}: give two numbers in a line")

@@ -9,9 +9,10 @@ from bubblemesh.readers.svg_source import COMMENT, Element
 from bubblemesh.records import record
 
 INHERITED = ("fill", "fill-rule", "clip-rule", "stroke", "visibility")
-OWN = ("display", "clip-path", "mask", "overflow", "transform-origin", "transform-box")
+OWN = ("display", "opacity", "clip-path", "mask", "overflow", "transform-origin", "transform-box")
 CSS = ("transform", "translate", "rotate", "scale")  # that are no attributes, or others there
 IMPORTANT = re.compile(r"!\s*important\s*$")
+NO_OPACITY = re.compile(r"[-+]?(0+\.?0*|\.0+)%?|-.*")
 RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
 PART = re.compile(r"([.#]?)([\w-]+|\*)")
 COMPOUND = re.compile(r"(?:[.#]?[\w-]+|\*)(?:[.#][\w-]+)*")
@@ -70,6 +71,11 @@ class StyleSheet:
         for one in (*(some.usual for some in declared), *(some.important for some in declared)):
             given |= one
         return found | {key: value for key, value in given.items() if value != "inherit"}
+
+
+def is_out_of_sight(style: Mapping[str, str]) -> bool:
+    """Whether nothing of an element with some style, and of those in it, is to be seen."""
+    return style.get("display") == "none" or bool(NO_OPACITY.fullmatch(style.get("opacity", "1")))
 
 
 def _names(element: Element) -> frozenset[str]:

@@ -16,7 +16,7 @@ from bubblemesh.readers.features import Clip
 from bubblemesh.readers.svg_clips import Stencil, clip_of
 from bubblemesh.readers.svg_curves import PIXELS, SHAPES, Size, curves_of, path_of
 from bubblemesh.readers.svg_source import HREFS, MOST_ELEMENTS, UNDRAWN, Element, too_much_clipping
-from bubblemesh.readers.svg_style import Style, StyleSheet
+from bubblemesh.readers.svg_style import Style, StyleSheet, is_out_of_sight
 from bubblemesh.readers.svg_transform import transform_of
 from bubblemesh.records import record
 
@@ -102,7 +102,7 @@ def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn
         elements=(*around.elements, element),
         transform=f"{around.transform} {transform_of(element, style, around.elements, drawing.size)}".strip(),
         style=style,
-        hidden=around.hidden or style.get("display") == "none",
+        hidden=around.hidden or is_out_of_sight(style),
         masked=around.masked or style.get("mask", "none") != "none",
     )
     clip = _clip(drawing, element, around, here)

@@ -20,7 +20,7 @@ SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")
 QUOTED_OR_COMMENT = re.compile(r'"([^"]*)"|[#%!].*')
 # Of no text can one part be a match in two ways: a line of a thousand digits would be tried in a million.
-NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
+NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
 STARTS_AS_NUMBER = re.compile(r"[-+.]*\d")
 DECIMAL_COMMA = re.compile(r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?")
 WITH_COMMA = re.compile(r"[-+]?\d[\d.]*,[\d.,]*([eE][-+]?\d+)?")
@@ -126,7 +126,15 @@ def numbers_in(words: list[str]) -> list[float] | None:
     """The words as numbers; None if one is none."""
     if not all(NUMBER.fullmatch(word) for word in words):
         return None
-    return [float(word) for word in words]
+    return list(map(number_of, words))
+
+
+def number_of(word: str) -> float:
+    """The value of a number, whose exponent may be written as by Fortran, 1.5D-03."""
+    try:
+        return float(word)
+    except ValueError:
+        return float(word.upper().replace("D", "E"))
 
 
 def has_decimal_commas(content: str) -> bool:

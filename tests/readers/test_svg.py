@@ -165,8 +165,9 @@ class TestPictures:
         sides = [(found.labels[k], length) for k, length in zip(found.label, found.lengths, strict=True)]
         assert sorted(sides) == [("inflow", 10), ("out", 10), ("walls", 20), ("walls", 20)]
 
-    def test_what_is_hidden_is_noted(self, written):
-        text = '<circle id="c" cx="5" cy="5" r="2"/><g style="display:none"><circle id="old" cx="5" cy="5" r="1"/></g>'
+    @pytest.mark.parametrize("how", ["style='display:none'", "opacity='0'", "style='opacity:0.0%'"])
+    def test_what_is_hidden_is_noted(self, written, how):
+        text = f'<circle id="c" cx="5" cy="5" r="2"/><g {how}><circle id="old" cx="5" cy="5" r="1"/></g>'
         plate = domain(written("a.svg", SVG.format(text)))
         assert plate.hole_count == 0
         assert plate.notes == ("a.svg: left out: 1 hidden element",)

@@ -73,6 +73,17 @@ def test_a_file_of_one_ring_is_a_ring(written, name, text):
     assert set(ring.vertices) == {(10, 10), (12, 10), (12, 12)}
 
 
+def test_numbers_may_be_those_of_fortran(written):
+    path = written("a.dat", "0.0D+00 0.0d0\n1.0D+01 0.0\n1.0D1 .2D+1\n")
+    assert area(path) == pytest.approx(10)
+
+
+@pytest.mark.parametrize("name", ["a.geojson.gz", "a.svgz", "a.zip"])
+def test_a_packed_file_is_to_be_unpacked(written, name):
+    with pytest.raises(FileError, match=f"is not read: unpack {name} first"):
+        area(written(name, ""))
+
+
 def test_lengths_are_scaled_or_turned_into_metres(written):
     path = written("plate.wkt", WKT)
     assert area(path, scale=10.0) == pytest.approx(1500)
