@@ -17,6 +17,7 @@ from bubblemesh.geometry.geography import BENT, Plane, Projecting
 from bubblemesh.geometry.paths import Line, Polyline
 from bubblemesh.geometry.rings import circle, polygon
 from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.spacing.quantities import value_of
@@ -358,7 +359,7 @@ def test_a_file_that_names_another_system_is_refused(in_folder, file, text, give
 @pytest.mark.parametrize("system", ["EPSG:32632", "EPSG:25832", NO_CODE, "an unknown one", None])
 def test_a_file_may_name_the_system_in_other_words(in_folder, system):
     (in_folder / "a.geojson").write_text(declaring(system))
-    assert prepare(case({"file": "a.geojson"}, 100, {"from": "EPSG:32632"})).domain.polygon.area == pytest.approx(
+    assert case_domain(case({"file": "a.geojson"}, 100, {"from": "EPSG:32632"})).polygon.area == pytest.approx(
         810e3, rel=2e-3
     )
 
@@ -369,7 +370,7 @@ def test_a_map_in_the_range_of_degrees_is_in_no_system_of_metres(in_folder):
     with pytest.raises(CaseError, match=r"a.wkt: crs.from: EPSG:3857 is in metres, and all .* in the range of degrees"):
         prepare(case({"file": "a.wkt"}, 100, {"from": "EPSG:3857"}))
     (in_folder / "a.wkt").write_text(f"SRID=3857;{text}")
-    assert prepare(case({"file": "a.wkt"}, 0.3, {"from": "EPSG:3857"})).domain.polygon.area == pytest.approx(1, rel=0.1)
+    assert case_domain(case({"file": "a.wkt"}, 0.3, {"from": "EPSG:3857"})).polygon.area == pytest.approx(1, rel=0.1)
 
 
 # Units
