@@ -13,7 +13,7 @@ from bubblemesh.case import Case, load_case
 from bubblemesh.errors import CaseError, Key, MeshWarning, in_call
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.messages import calling_node_limit, tell_places_by
+from bubblemesh.messages import calling_node_limit, own_places, tell_places_of
 from bubblemesh.problem.prepare import prepare_in
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.python.domain import Drawing, Geometry, Labels
@@ -107,7 +107,7 @@ def mesh(
     """
     drawing = Drawing(geometry, holes, labels, corners, smooth, tolerance)
     wishes = Wishes(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
-    with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"):
+    with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"), own_places():
         told = in_steps(progress)
         result = mesh_problem(_problem(drawing, spacing, wishes), on_share=told)
         if result.verdict is not None:
@@ -120,8 +120,8 @@ def mesh(
 
 def _problem(drawing: Drawing, spacing: Wanted, wishes: Wishes) -> Problem:
     """The problem that the arguments of `mesh` pose."""
-    tell_places_by(None)  # no longer as the coordinates of a case that was meshed before
     task, domain = wishes.task(), drawing.domain()
+    tell_places_of(domain.size)
     task = replace(task, ladders=wishes.ladders(domain))
     metrics = wishes.metrics()
     wanted = with_areas_below(spacing_of(spacing, domain, values_of(metrics)), domain, wishes.largest, {})
@@ -194,7 +194,8 @@ def adapt(
         target = adapting.Target(error, nodes, anisotropic)
         return adapting.adapted(case, given[0], target, exact, on_round), given[1]
 
-    result, notes = case.within_limits(adapted)
+    with own_places():
+        result, notes = case.within_limits(adapted)
     for note in notes:
         warnings.warn(note, MeshWarning, stacklevel=2)
     return result

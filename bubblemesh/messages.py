@@ -40,6 +40,17 @@ def calling_node_limit(name: str) -> Iterator[None]:
         _node_limit.reset(token)
 
 
+@contextmanager
+def own_places() -> Iterator[None]:
+    """Have messages of the block write places as its own domains ask for; those after it as those before it."""
+    size, given = _size.set(None), _given.set(None)
+    try:
+        yield
+    finally:
+        _size.reset(size)
+        _given.reset(given)
+
+
 def tell_places_of(size: float | None) -> None:
     """Have messages write places with the digits that a domain of some size needs, or of none that is known yet."""
     _size.set(size)

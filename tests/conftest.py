@@ -5,7 +5,7 @@ import signal
 import pytest
 from hypothesis import settings
 
-from bubblemesh.messages import tell_places_by, tell_places_of
+from bubblemesh.messages import own_places
 
 # A busy machine fails no test by its time, and all runs try the same examples.
 settings.register_profile("steady", deadline=None, derandomize=True)
@@ -20,10 +20,10 @@ def pytest_collection_modifyitems(items):
 
 
 @pytest.fixture(autouse=True)
-def own_places():
+def places_of_each_test():
     """Places in messages are those of each test's own cases."""
-    tell_places_of(None)
-    tell_places_by(None)
+    with own_places():
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
+import bubblemesh
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError
+from bubblemesh.geometry import rings
 from bubblemesh.messages import once_each, place, tell_places_by, tell_places_of, two_places
+
+SQUARE = np.array([(0.0, 0), (1, 0), (1, 1), (0, 1)])
 
 
 @pytest.mark.parametrize(
@@ -30,6 +36,33 @@ def test_places_a_millionth_of_the_size_apart_differ(size, offset):
     assert all(place((a, 0), size) != place((a + 1.01e-6 * size, 0), size) for a in x.tolist())
 
 
+CASE = "name: large\nspacing: 4e5\ndomain: {outer: {rectangle: [0, 0, 1e6, 1e6]}}\npacking: {effort: fast}\n"
+ON_EARTH = """
+name: earth
+crs: {from: EPSG:4326}
+domain: {outer: {polygon: [[3, 52], [3.1, 52], [3.1, 52.1], [3, 52.1]]}}
+spacing: 4 km
+packing: {effort: fast}
+"""
+CALLS = {
+    "a domain": lambda: bubblemesh.Domain.of(rings.rectangle(0, 0, 1e6, 1e6)),
+    "a mesh": lambda: bubblemesh.mesh([(0, 0), (1e6, 0), (1e6, 1e6)], 5e5, effort="fast"),
+    "a case": lambda: bubblemesh.mesh_case(load_case("large.yaml", text=CASE)),
+    "a case on the earth": lambda: bubblemesh.mesh_case(load_case("earth.yaml", text=ON_EARTH)),
+    "a solution": lambda: bubblemesh.adapt(load_case("large.yaml", text=CASE), SOLUTION, nodes=20),
+}
+SOLUTION = bubblemesh.Solution.of(1e6 * SQUARE[:, :2], [(0, 1, 2), (0, 2, 3)], SQUARE[:, 0])
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_messages_after_a_call_have_nothing_of_its_domain(call):
+    if "earth" in call:
+        pytest.importorskip("pyproj")
+    CALLS[call]()
+    with pytest.raises(CaseError, match=r"\(0\.3, 0\.1\)"):
+        bubblemesh.Solution.of([(0, 0), (0.3, 0.1), (1, 1)], [(0, 1, 2)], [1, np.nan, 2])
+
+
 def test_without_a_size_a_place_is_told_by_its_own_numbers():
     tell_places_of(None)
     assert place((500123.456789, 4649776.22471)) == "(500123.457, 4649776.225)"
@@ -51,8 +84,7 @@ def test_two_places_have_the_digits_that_tell_them_apart(first, second, texts):
     assert two_places(first, second) == texts
 
 
-def test_two_places_on_the_earth_have_the_digits_that_tell_them_apart(request):
-    request.addfinalizer(lambda: tell_places_by(None))
+def test_two_places_on_the_earth_have_the_digits_that_tell_them_apart():
     tell_places_by(lambda point: (point[0] / 1e5, point[1] / 1e5))
     assert two_places((1234567, 0), (1234567.1, 0)) == ("(12.34567, 0)", "(12.345671, 0)")
 

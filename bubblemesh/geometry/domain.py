@@ -24,7 +24,7 @@ from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.geometry.validity import require_domain, simple_polygon
-from bubblemesh.messages import meant, ring_name, tell_places_of
+from bubblemesh.messages import meant, own_places, ring_name, tell_places_of
 from bubblemesh.records import record
 
 FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal ones do, to look along vertical ones
@@ -93,7 +93,8 @@ class Domain(Uncached):
             if not isinstance(ring, Ring):
                 found = type(ring).__name__
                 raise CaseError(f"Domain.of: takes rings of bubblemesh.geometry.rings alone (found {found})")
-        return cls.of_areas([Area(outer, tuple(holes))], parts)
+        with own_places():
+            return cls.of_areas([Area(outer, tuple(holes))], parts)
 
     @classmethod
     def of_areas(cls, areas: Sequence[Area], parts: Parts | None = None) -> "Domain":

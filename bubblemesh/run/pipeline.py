@@ -12,6 +12,7 @@ from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.kernels.library import engine
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.messages import own_places
 from bubblemesh.parts.store import IN_MEMORY, Keeping
 from bubblemesh.parts.work import Crew, alone
 from bubblemesh.problem import warnings
@@ -90,7 +91,8 @@ def mesh_case(
         One of its subclasses for a mistake of the user's, with the place and what to do.
     """
     require_case(case)
-    return case.within_limits(lambda: mesh_problem(prepare(case), on_round, on_share, crew=crew))
+    with own_places():
+        return case.within_limits(lambda: mesh_problem(prepare(case), on_round, on_share, crew=crew))
 
 
 def require_case(case: object) -> None:
