@@ -68,7 +68,7 @@ class ScaleSearch:
 
     nodes: int  # the target
     scales: Scales
-    check: Callable[[Task, float], Problem]  # gives the problem at a scale
+    check: Callable[[Task, dict[str, float], float], Problem]  # gives the problem at a scale, and adds its times
     task: Task
     seconds: dict[str, float]  # taken before
     key: Key  # of the target in the case
@@ -80,7 +80,7 @@ class ScaleSearch:
 
         def at(scale: float) -> tuple[float, Problem | None]:
             try:
-                problem = self.check(spent, scale)
+                problem = self.check(spent, time, scale)
             except LimitError:
                 return np.inf, None
             return problem.expected_nodes, problem

@@ -41,8 +41,9 @@ def prepare(case: Case) -> Problem:
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = case_domain(case)
-    enter("spacing")
-    return prepare_for(case, domain, case_spacing(case, domain), task_of(case, domain), seconds)
+    with timed(seconds, "spacing"):
+        request = case_spacing(case, domain)
+    return prepare_for(case, domain, request, task_of(case, domain), seconds)
 
 
 def prepare_for(
@@ -67,7 +68,7 @@ def prepare_in(
     if nodes is None:
         return check_spacing(domain, request, task, seconds)
     if request.rules.across is None:
-        with suppress(CaseError, LimitError):
+        with suppress(CaseError, LimitError), timed(seconds, "spacing"):
             problem = _fitted(domain, request, nodes, task, seconds, key)
             if abs(problem.expected_nodes - nodes) <= CLOSE * nodes:
                 return problem
@@ -91,10 +92,10 @@ def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key)
 def _search(
     domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: dict[str, float], key: Key
 ) -> ScaleSearch:
-    def check(limited: Task, scale: float) -> Problem:
-        return check_spacing(domain, request, limited, seconds, scale)
+    def check(limited: Task, time: dict[str, float], scale: float) -> Problem:
+        return check_spacing(domain, request, limited, time, scale)
 
-    return ScaleSearch(nodes, Scales.of(domain, partial(_before_rules, request)), check, task, seconds, key)
+    return ScaleSearch(nodes, Scales.of(domain, partial(_before_rules, request)), check, task, dict(seconds), key)
 
 
 def _before_rules(request: SpacingRequest, scale: float | None) -> Spacing:

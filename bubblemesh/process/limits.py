@@ -246,11 +246,14 @@ def settle() -> None:
 
 @contextmanager
 def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
-    """Enter a stage, and note the time that the block takes."""
-    begun = perf_counter()
+    """Enter a stage, and add to its time what the block takes, but for other times that the block itself adds."""
+    begun, others = perf_counter(), -sum(seconds.values())
     enter(stage)
-    yield
-    seconds[stage] = perf_counter() - begun
+    try:
+        yield
+    finally:
+        others += sum(seconds.values())
+        seconds[stage] = seconds.get(stage, 0.0) + perf_counter() - begun - others
 
 
 def _watchdog() -> Watchdog | None:

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.node_target import Scales, ScaleSearch, next_aim, scaled_to
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Task
+from bubblemesh.process.limits import timed
 from bubblemesh.spacing.spacing import Spacing
 
 TEETH = np.linspace(0, 2 * np.pi, 60, endpoint=False)
@@ -159,6 +161,32 @@ def test_time_of_all_attempts_is_told():
     assert seconds["other_attempts"] > seconds["placement"]
 
 
+def test_the_time_of_each_trial_is_counted_once(monkeypatch):
+    case, trials = load_case("a.yaml", text=BARE["1"], overrides=["spacing.nodes=200"]), []
+    problem = prepare(case)
+
+    def check(domain, request, task, seconds, scale):
+        trials.append(request.rules.across)
+        for stage, taken in [("spacing", 2.0), ("layers", 3.0)]:
+            with timed(seconds, stage):
+                clock[0] += taken
+        # What narrow parts take by themselves puts the number out of reach.
+        return replace(problem, expected_nodes=400.0 if request.rules.across is None else 200.0, seconds=seconds)
+
+    clock = [0.0]
+    monkeypatch.setattr("bubblemesh.process.limits.perf_counter", lambda: clock[0])
+    monkeypatch.setattr("bubblemesh.problem.prepare.check_spacing", check)
+    found = prepare(case)
+    assert len(trials) > 2
+    assert trials.index(0.0) == len(trials) - 1
+    assert sum(found.seconds.values()) == clock[0] == 5 * len(trials)
+    assert found.seconds["layers"] == 3.0
+    before = sum(found.seconds.values()) - 5.0
+    again = found.node_target.search.problem(200.0, found.node_target.rough)
+    assert sum(again.seconds.values()) == before + 5.0
+    assert again.seconds["layers"] == 3.0
+
+
 @pytest.mark.long
 def test_same_case_same_mesh():
     case = load_case("a.yaml", text=BARE["4"], overrides=["spacing.nodes=200"])
@@ -230,7 +258,7 @@ class TestSearch:
 
     @pytest.mark.parametrize("start", [None, 1000.0])
     def test_a_search_in_which_no_scale_can_be_checked_is_an_error(self, start):
-        def check(task, scale):
+        def check(task, seconds, scale):
             raise LimitError("too many")
 
         # A number that changes so slowly with the scale that no trial reaches an end.
