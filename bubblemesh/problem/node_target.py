@@ -25,6 +25,7 @@ NEAR_THE_END = 1e-3  # relative: where no scale changes the rough number any mor
 
 FLATTEST_OF_MESHES = 0.5  # slope of the nodes that are found over those that are expected, in logarithms
 FEW = 100_000  # nodes that the search for a scale may count, whatever the target is
+SAME = 0.1  # of a node: scales that differ by less lead to the same mesh, or to both sides of a jump in the number
 TIMES_TOO_MANY = 4  # the target: more nodes need no counting
 
 Trial = tuple[float, float]  # logarithms of the rough number and of the true one
@@ -105,6 +106,10 @@ class NodeTarget:
     scale: float
     rough: float  # logarithm of the rough number of nodes at that scale
     search: ScaleSearch  # that finds other scales
+
+    def is_near(self, scale: float) -> bool:
+        """Whether another scale would change the number, which goes with its inverse square, by next to nothing."""
+        return bool(abs(np.log(scale / self.scale)) < SAME / (2 * self.nodes))
 
 
 def fit_node_target(search: ScaleSearch) -> Problem:

@@ -230,7 +230,7 @@ def _corrected(problem: Problem, target: NodeTarget, packings: Sequence[Packing]
     problem = correct(problem, target, found)
     if problem.node_target is None:
         return None
-    known = problem.node_target.scale in [packing.scale for packing in packings]
+    known = any(problem.node_target.is_near(packing.scale) for packing in packings)
     if task is problem.task and (known or len(packings) >= MOST_BY_ROWS):
         other = problem.one_by_one()
         if other is not None:

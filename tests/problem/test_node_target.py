@@ -161,6 +161,17 @@ def test_time_of_all_attempts_is_told():
     assert seconds["other_attempts"] > seconds["placement"]
 
 
+@pytest.mark.parametrize(("factor", "attempts"), [(1 + 1e-5, 1), (1.01, 8)])
+def test_scales_that_are_nearly_the_same_are_packed_once(factor, attempts, monkeypatch):
+    def correct(problem, target, found):
+        return replace(problem, node_target=replace(target, scale=problem.node_target.scale * factor))
+
+    monkeypatch.setattr("bubblemesh.run.pipeline.correct", correct)
+    monkeypatch.setattr("bubblemesh.problem.warnings.missed_node_target", lambda *_: ["missed"])
+    report = with_nodes(BARE["1"], 30, "packing.placement=diffusion", "packing.effort=fast")
+    assert len(report["budget"]["attempts"]) == attempts
+
+
 def test_the_time_of_each_trial_is_counted_once(monkeypatch):
     case, trials = load_case("a.yaml", text=BARE["1"], overrides=["spacing.nodes=200"]), []
     problem = prepare(case)
