@@ -298,10 +298,11 @@ def _read_ascii(path: Path, name: str | None, box: Box | None) -> Grid:
         place += len(line) + len(end)
     if not {"ncols", "nrows"} <= head.keys() or not ({"cellsize"} <= head.keys() or {"dx", "dy"} <= head.keys()):
         raise FileError("does not begin with ncols, nrows and cellsize, or dx and dy: it is no ASCII grid")
+    _check_header(head)
     columns, rows = int(head["ncols"]), int(head["nrows"])
     dx, dy = (head[key] if key in head else head["cellsize"] for key in ("dx", "dy"))
     values = _numbers(content[place:])
-    if min(columns, rows) < 1 or len(values) != columns * rows:
+    if len(values) != columns * rows:
         raise FileError(f"has {len(values):,} values where {rows} rows of {columns} are told")
     values = values.reshape(rows, columns)
     values[values == head.get("nodata_value", NO_DATA)] = np.nan
@@ -310,6 +311,18 @@ def _read_ascii(path: Path, name: str | None, box: Box | None) -> Grid:
     x: Floats = x0 + dx * np.arange(columns, dtype=float)
     y: Floats = y0 + dy * np.arange(rows, dtype=float)[::-1]
     return _cut(Grid(path.stem if name is None else name, x, y, values), box)
+
+
+def _check_header(head: Mapping[str, float]) -> None:
+    for key, value in head.items():
+        if key != "nodata_value" and not math.isfinite(value):
+            raise FileError(f"{key}: must be a finite number (found {value:g})")
+    for key in ("ncols", "nrows"):
+        if head[key] < 1 or not head[key].is_integer():
+            raise FileError(f"{key}: must be a whole number, at least 1 (found {head[key]:g})")
+    for key in ("cellsize", "dx", "dy"):
+        if head.get(key, 1) <= 0:
+            raise FileError(f"{key}: must be positive (found {head[key]:g})")
 
 
 def _number(word: bytes) -> float:

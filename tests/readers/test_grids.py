@@ -234,10 +234,24 @@ def test_complex_values_of_a_geotiff_are_refused(tmp_path):
         read_grid(tmp_path / "a.tif", None, BOX)
 
 
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "0", "-2", "2.5"])
+@pytest.mark.parametrize("key", ["ncols", "nrows", "cellsize", "xllcorner"])
+def test_a_header_of_an_ascii_grid_that_means_nothing_is_told(key, value, tmp_path):
+    head = {"ncols": "2", "nrows": "2", "xllcorner": "0", "cellsize": "1", key: value}
+    lines = "\n".join(f"{name} {number}" for name, number in head.items())
+    (tmp_path / "a.asc").write_text(f"{lines}\n1 2\n3 4\n")
+    if key in {"nrows", "ncols"} or value in {"nan", "inf", "-inf"} or (key == "cellsize" and value != "2.5"):
+        with pytest.raises(FileError, match=rf"{key}: must be .* \(found {value}\)"):
+            read_grid(tmp_path / "a.asc", None, None)
+    else:
+        assert read_grid(tmp_path / "a.asc", None, None).values.shape == (2, 2)
+
+
 @pytest.mark.parametrize("name", MAKERS)
 def test_damage_is_told(name, tmp_path):
     MAKERS[name](tmp_path / name)
     whole, random = (tmp_path / name).read_bytes(), np.random.default_rng(0)
+    refused = 0
     for count in range(100):
         content = bytearray(whole)
         for place in random.integers(500 if count % 2 else len(whole), size=1 + count % 3).tolist():
@@ -245,5 +259,7 @@ def test_damage_is_told(name, tmp_path):
         (tmp_path / name).write_bytes(content[: int(random.integers(len(whole)))] if count % 5 == 0 else content)
         try:
             read_grid(tmp_path / name, None, BOX)
-        except (FileError, CaseError):
-            continue
+        except (FileError, CaseError) as error:
+            assert str(error)
+            refused += 1
+    assert refused > 20
