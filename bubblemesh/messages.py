@@ -16,6 +16,7 @@ UNKNOWN = 1e-9  # of a place's own coordinates: likewise where the size is not k
 MOST_FINER = 12  # digits that a place may have more, so that it has all that a number holds
 FINEST_FIXED, LARGEST_FIXED = 1e-9, 1e15  # steps and numbers that are written without an exponent
 MOST_NAMES = 20  # that one message lists
+NAME = re.compile(r"(?<!\w)'[^']+'(?!\w)")  # in quotes
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 
 _size: ContextVar[float | None] = ContextVar("size of the domain", default=None)
@@ -103,13 +104,16 @@ def extent(bounds: Sequence[float]) -> str:
 
 
 def once_each(texts: Iterable[str]) -> tuple[str, ...]:
-    """The first of all texts that differ in nothing but numbers and places, with the count of the others."""
+    """The first of all texts that differ in nothing but numbers and places, with the count and the names of the others."""
     kinds: dict[str, list[str]] = {}
     for text in texts:
         kinds.setdefault(NUMBERS.sub("#", text), []).append(text)
-    return tuple(
-        first if not others else f"{first} (and {len(others):,} more like it)" for first, *others in kinds.values()
-    )
+    return tuple(first if not others else f"{first} {_more(first, others)}" for first, *others in kinds.values())
+
+
+def _more(first: str, others: Sequence[str]) -> str:
+    names = dict.fromkeys(name for text in others for name in NAME.findall(text) if name not in first)
+    return f"(and {len(others):,} more like it{f': {listed([*names])}' if names else ''})"
 
 
 def counted(number: int, noun: str) -> str:

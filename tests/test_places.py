@@ -96,3 +96,11 @@ def test_warnings_that_differ_in_numbers_only_are_one_with_a_count():
         "b (and 1 more like it)",
         "c 1",
     )
+
+
+def test_names_of_warnings_that_are_one_are_listed():
+    told = [f"'hole-{number}' has {number} sides, and 'inlet' is {number} long" for number in (1, 2, 2, 3)]
+    assert once_each(told) == (f"{told[0]} (and 3 more like it: 'hole-2', 'hole-3')",)
+    assert once_each(["the ring's 1 and its hole's 2", "the ring's 3 and its hole's 4"]) == (
+        "the ring's 1 and its hole's 2 (and 1 more like it)",
+    )

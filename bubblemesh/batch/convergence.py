@@ -9,7 +9,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.batch.row import Row
-from bubblemesh.errors import FileError
+from bubblemesh.errors import BubblemeshError
 from bubblemesh.files import read_bytes
 from bubblemesh.meshfiles.text import HISTORY_FILES
 
@@ -29,7 +29,7 @@ def write_convergence(rows: Sequence[Row], folder: Path, path: Path, warn: Calla
             file = folder / (row.folder or ".") / name
             try:
                 iterations, quality = _columns(read_bytes(file), "iterations", "quality_mean")
-            except (FileError, ValueError, KeyError, TypeError):
+            except (BubblemeshError, ValueError, KeyError, TypeError):
                 warn(f"{file}: the table is damaged or gone: {row.case} is not in {path.name}")
             else:
                 courses.append(Course(row.case, np.cumsum(iterations), quality))

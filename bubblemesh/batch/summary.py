@@ -9,7 +9,7 @@ from typing import Any
 from bubblemesh.batch.convergence import ENDING, STEM, write_convergence
 from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.row import COLUMNS, Row
-from bubblemesh.errors import DONE, CaseError, FileError
+from bubblemesh.errors import DONE, BubblemeshError, CaseError, FileError
 from bubblemesh.files import unwritten
 from bubblemesh.meshfiles.text import csv_text
 from bubblemesh.meshfiles.transaction import transaction
@@ -145,7 +145,7 @@ def indexed(
     try:
         yield
     except BaseException:
-        with suppress(FileError):  # what has ended the block is to be told
+        with suppress(BubblemeshError):  # what has ended the block is to be told
             _write_index(summary, entries, options, warn)
         raise
     _write_index(summary, entries, options, warn)

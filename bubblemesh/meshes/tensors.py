@@ -70,12 +70,6 @@ def area_sizes(tensors: Floats) -> Floats:
         return np.where(tensors[:, 0] > 0, determinants(tensors), np.nan) ** -0.25
 
 
-def multiplied(tensors: Floats, vectors: Floats) -> Floats:
-    """Products (n, 2) of tensors (n, 3) and vectors (n, 2)."""
-    (m11, m12, m22), (vx, vy) = tensors.T, vectors.T
-    return np.column_stack([m11 * vx + m12 * vy, m12 * vx + m22 * vy])
-
-
 def axes(tensors: Floats) -> Axes:
     """Axes of the ellipses of positive tensors (n, 3); those of others are no numbers."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

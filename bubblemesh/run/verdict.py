@@ -27,11 +27,19 @@ def verdict(packing: Packing, figures: Mapping[str, Any], mesh: Mesh | SlicedMes
     largest = {"valence_max": quality["valence_max"]} | {f"{name}_max": count for name, count in of_sea.items()}
     low = {key: value for key, value in least.items() if value < required.get(key, value)}
     high = {key: value for key, value in largest.items() if value > required.get(key, value)}
-    missed = [f"{key} is {value:.4g}, below {required[key]:.4g}" for key, value in low.items()]
-    missed += [f"{key} is {value:.4g}, above {required[key]:.4g}" for key, value in high.items()]
+    missed = ["{} is {}, below {}".format(key, *_apart(value, required[key])) for key, value in low.items()]
+    missed += ["{} is {}, above {}".format(key, *_apart(value, required[key])) for key, value in high.items()]
     if missed:
         return RequirementError(f"the mesh is written, but misses what the case requires: {'; '.join(missed)}")
     return None
+
+
+def _apart(value: float, required: float) -> tuple[str, str]:
+    """Two numbers that differ as texts that do: counts in full, others with at least four digits."""
+    if isinstance(value, int):
+        return f"{value:,}", f"{required:,}"
+    pairs = ((f"{value:.{digits}g}", f"{required:.{digits}g}") for digits in range(4, 18))
+    return next(pair for pair in pairs if pair[0] != pair[1])
 
 
 def _unrefined(refined: Refined, demands: Demands) -> BubblemeshError:

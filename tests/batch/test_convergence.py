@@ -18,6 +18,7 @@ domain: {outer: {rectangle: [0, 0, 1, 1]}}
 spacing: 0.2
 sweep: {packing.seed: [1, 2, 3]}
 """
+TOO_LONG = "iterations,quality_mean\n" + 30 * "1,0.5\n"
 
 
 def test_a_batch_with_histories_has_tables_and_one_picture(tmp_path, monkeypatch):
@@ -44,12 +45,13 @@ def _line(first):
     return np.array([10.0, 20.0]), 1 - np.array([first, first / 2])
 
 
-@pytest.mark.parametrize("content", ["", "round,iterations\n1,2\n", "iterations,quality_mean\nx,1\n", None])
-def test_a_table_that_is_gone_or_none_is_left_out_and_told(content, tmp_path):
+@pytest.mark.parametrize("content", ["", "round,iterations\n1,2\n", "iterations,quality_mean\nx,1\n", TOO_LONG, None])
+def test_a_table_that_is_gone_or_none_is_left_out_and_told(content, tmp_path, monkeypatch):
     if content is not None:
         (tmp_path / "a.rounds.csv").write_text(content)
     row = Row("a", "a.yaml", DONE, folder=".", files={"a.rounds.csv": "hash"})
     told = []
+    monkeypatch.setattr("bubblemesh.files.MOST_BYTES", 100)
     write_convergence([row], tmp_path, tmp_path / "convergence.svg", told.append)
     assert not (tmp_path / "convergence.svg").exists()
     assert told == [f"{tmp_path / 'a.rounds.csv'}: the table is damaged or gone: a is not in convergence.svg"]

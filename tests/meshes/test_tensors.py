@@ -3,7 +3,7 @@ import pytest
 from metrics import matrices, random_tensors
 
 from bubblemesh.kernels.tensors import lengths, mapped, mean_lengths, roots, unmapped
-from bubblemesh.meshes.tensors import area_sizes, axes, edge_lengths, intersections, multiplied, of_axes, size_ratios
+from bubblemesh.meshes.tensors import area_sizes, axes, edge_lengths, intersections, of_axes, size_ratios
 
 
 @pytest.fixture
@@ -16,7 +16,6 @@ def test_lengths_are_those_of_the_matrices(some):
     tensors, vectors = some
     squared = np.einsum("ni,nij,nj->n", vectors, matrices(tensors), vectors)
     np.testing.assert_allclose(lengths(tensors, vectors), np.sqrt(squared), rtol=1e-12)
-    np.testing.assert_allclose(multiplied(tensors, vectors), np.einsum("nij,nj->ni", matrices(tensors), vectors))
 
 
 def test_a_root_turns_lengths_in_the_metric_into_plain_ones_and_back(some):

@@ -1,4 +1,5 @@
 import math
+import re
 from collections import Counter
 from itertools import pairwise
 
@@ -294,3 +295,14 @@ def test_spacing_larger_than_the_domain_is_warned_of():
     result = meshed("domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 50\n")
     assert result.report["nodes"] == 4
     assert any("all nodes are on the boundary" in warning for warning in result.report["warnings"])
+
+
+def test_a_missed_requirement_is_told_in_numbers_that_differ():
+    text = "{name: a, domain: {outer: {rectangle: [0, 0, 1, 1]}}, spacing: 0.3, packing: {effort: fast}"
+    least = mesh_case(load_case("a.yaml", text=text + "}")).report["quality"]["min"]
+    required = f", require: {{quality_min: {least * (1 + 1e-7)!r}, valence_max: 4}}}}"
+    told = str(mesh_case(load_case("a.yaml", text=text + required)).verdict)
+    low, high = re.search(r"quality_min is (\S+), below (\S+);", told).groups()
+    assert 4 < len(low) < 14
+    assert float(low) < float(high)
+    assert re.search(r"valence_max is \d, above 4$", told)
