@@ -104,7 +104,7 @@ def extent(bounds: Sequence[float]) -> str:
 
 
 def once_each(texts: Iterable[str]) -> tuple[str, ...]:
-    """The first of all texts that differ in nothing but numbers and places, with the count and the names of the others."""
+    """The first of all texts that differ in nothing but numbers and places, with the count and names of the others."""
     kinds: dict[str, list[str]] = {}
     for text in texts:
         kinds.setdefault(NUMBERS.sub("#", text), []).append(text)

@@ -199,18 +199,19 @@ class Shaker:
         # Bubbles outside have no triangle, and go when they are connected anew.
         if compiled is None or dynamics is None or (net.legal is None and (net.valence == 0).any()):
             return *self._relaxed(_displaced(net, cycles), net), 1
-        bubbles, (force, motion, damping) = net.bubbles, dynamics
+        bubbles, (force, motion, viscosities, progress) = net.bubbles, dynamics
         assert isinstance(motion, SemiImplicitEuler)
-        of_each = np.array(damping(range(self.steps), bubbles.touched), float)
-        viscosities = np.tile(of_each, (len(cycles.inside), 1))
+        steps = range(self.steps)
+        of_each = np.array(viscosities(steps, bubbles.touched), float)
+        of_cycles = np.tile(of_each, (len(cycles.inside), 1))
         twins = None if net.legal is None else net.legal.twins
         links = Links(net.triangles, net.edges, twins, net.facets, net.start)
         acting = Acting(bubbles.d, force.strength(bubbles.d), CUTOFF)
         x, legal, connected_at, speeds = annealed(
-            compiled, bubbles.x, links, acting, euler_steps(bubbles, motion, viscosities), cycles
+            compiled, bubbles.x, links, acting, euler_steps(bubbles, motion, of_cycles), cycles
         )
-        for _ in speeds[1:]:
-            damping(range(self.steps), bubbles.touched)  # which counts each cycle as progress
+        for _ in speeds:
+            progress(steps, len(x))
         moved = bubbles.moved(x)
         done = Relaxed(moved, 0, 0, speeds.ravel(), len(x) * speeds.size)
         if legal is not None:

@@ -102,16 +102,18 @@ class CirclePacking:
         return method.relaxation(net, domain, self.spacing, self._dynamics(number, odd), steps)
 
     def _dynamics(self, number: int = 0, odd: bool = False) -> Dynamics:
-        """The motion in a round; whatever asks for its damping counts as progress."""
+        """The motion in a round, whose steps count as progress."""
         method, progress = self.setting.method, self.setting.progress
 
-        def damping(some: range, touched: Booleans) -> list[Floats | float]:
-            connecting = CONNECTING if some.start == 0 else 0.0
-            progress.add((connecting + len(some)) * len(touched))
-            viscosities = [method.viscosity(step, number) for step in some]
-            return [method.odd(c, touched) if odd else c for c in viscosities]
+        def viscosities(some: range, touched: Booleans) -> list[Floats | float]:
+            of_normal = [method.viscosity(step, number) for step in some]
+            return [method.odd(c, touched) if odd else c for c in of_normal]
 
-        return Dynamics(method.force, method.motion, damping)
+        def count(some: range, bubbles: int) -> None:
+            connecting = CONNECTING if some.start == 0 else 0.0
+            progress.add((connecting + len(some)) * bubbles)
+
+        return Dynamics(method.force, method.motion, viscosities, count)
 
     def _annealed(self, rank: Rank) -> Relaxed:
         """The bubbles after annealing on a level of that rank; kernels go through its cycles where they can."""

@@ -27,15 +27,18 @@ REFRESH_DRIFT = 0.2  # half of what the list reaches beyond the force's cutoff
 MOST_MOVE = 0.5  # spacings in a step; where d jumps, a large bubble has so many small neighbours that it would fly
 
 # Viscosities in some steps, of bubbles touched (n,) or not.
-Damping = Callable[[range, Booleans], list[Floats | float]]
+Viscosities = Callable[[range, Booleans], list[Floats | float]]
+# Is told of some steps of so many bubbles.
+Progress = Callable[[range, int], None]
 
 
 class Dynamics(NamedTuple):
-    """Motion of bubbles: the force between two of them, the step of their motion, and what damps it."""
+    """Motion of bubbles: the force between two of them, the step of their motion, what damps it, and its progress."""
 
     force: VanDerWaals
     motion: Motion
-    damping: Damping
+    viscosities: Viscosities
+    progress: Progress = lambda steps, bubbles: None
 
 
 class Relaxed(NamedTuple):
@@ -82,7 +85,7 @@ class Nearby:
     boundary_stays: ClassVar[bool] = False
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
-        start, (force, motion, damping) = net.bubbles, dynamics
+        start, (force, motion, viscosities, progress) = net.bubbles, dynamics
         sliding, confinement = Sliding(domain.boundary, start), Confinement(domain, start.x[start.interior])
         x, v, d, inside = start.x.copy(), np.zeros_like(start.x), start.d, start.interior
         neighbours, listed = Neighbours.of(x, d, REACH), 0
@@ -94,7 +97,9 @@ class Nearby:
                 d = spacing(x)
                 neighbours, listed = Neighbours.of(x, d, REACH), step
                 acting = force.among(neighbours)
-            (c,) = damping(range(step, step + 1), start.touched)
+            now = range(step, step + 1)
+            progress(now, len(x))
+            (c,) = viscosities(now, start.touched)
             moved, v = motion(x, v, c, sliding.projecting(acting))
             x, v = sliding.advance(*_bounded(x, moved, v, d))
             speeds[step] = _mean(_lengths(v))
@@ -122,16 +127,18 @@ class Connected:
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         before, speeds, evaluations = len(net.bubbles), np.empty(steps), 0
-        force, motion, damping = dynamics
+        force, motion, viscosities, progress = dynamics
         for begin in range(0, steps, self.refresh):
             if begin:
                 net = connect_inside(net.bubbles, domain, spacing, net)
             bubbles = net.bubbles
             x, d = bubbles.x, bubbles.d
             acting = force.among(Neighbours.along(net.edges, x, d))
-            viscosities = damping(range(begin, min(begin + self.refresh, steps)), bubbles.touched)
-            x, speeds[begin : begin + self.refresh] = _moved(bubbles, acting, motion, viscosities)
-            evaluations += len(x) * motion.evaluations * len(viscosities)
+            some = range(begin, min(begin + self.refresh, steps))
+            progress(some, len(x))
+            damping = viscosities(some, bubbles.touched)
+            x, speeds[begin : begin + self.refresh] = _moved(bubbles, acting, motion, damping)
+            evaluations += len(x) * motion.evaluations * len(some)
             net = net.of(bubbles.moved(x))
         return Relaxed(net.bubbles, 0, before - len(net.bubbles), speeds, evaluations)
 

@@ -38,9 +38,9 @@ class Drift:
         return x + v, v
 
 
-def relaxed(relax, domain, spacing, bubbles, steps, motion=None, damping=constant):
+def relaxed(relax, domain, spacing, bubbles, steps, motion=None, viscosities=constant):
     motion = motion or SecondOrderEuler()
-    return relax(connect(bubbles, domain), domain, spacing, Dynamics(VanDerWaals(), motion, damping), steps)
+    return relax(connect(bubbles, domain), domain, spacing, Dynamics(VanDerWaals(), motion, viscosities), steps)
 
 
 def disturbed(bubbles, amplitude=0.1):
@@ -85,12 +85,12 @@ def test_viscosity_is_asked_for_in_every_step_with_the_touched_bubbles(relax):
     bubbles = replace(bubbles, touched=np.arange(len(bubbles)) % 3 == 0)
     asked = []
 
-    def damping(steps, touched):
+    def viscosities(steps, touched):
         asked.extend(steps)
         np.testing.assert_array_equal(touched, bubbles.touched)
         return [1.0] * len(steps)
 
-    relaxed(relax, domain, spacing, bubbles, 25, damping=damping)
+    relaxed(relax, domain, spacing, bubbles, 25, viscosities=viscosities)
     assert asked == list(range(25))
 
 
