@@ -84,8 +84,8 @@ def mesh(
         Sizes that depend on the direction, as under ``metric`` in a case file, whose files are relative to the working
         directory: ``{"angle": 0.5, "across": 0.01}``. The spacing is the largest size in any direction.
     progress : callable, optional
-        Is told what share of the packing is done, at each hundredth up to 1, or from a smaller share at once to 1 where
-        the packing is done earlier than it might be; with ``nodes`` there may be several packings one after the other.
+        Called with the share done, about once per hundredth. It may jump to 1 when packing ends early; with ``nodes``
+        it may start again from 0.
 
     Warns
     -----

@@ -59,7 +59,7 @@ def test_messages_after_a_call_have_nothing_of_its_domain(call):
     if "earth" in call:
         pytest.importorskip("pyproj")
     CALLS[call]()
-    with pytest.raises(CaseError, match=r"\(0\.3, 0\.1\)"):
+    with pytest.raises(CaseError, match=r"not a number at node 1 \(counted from 0\), at \(0\.3, 0\.1\)"):
         bubblemesh.Solution.of([(0, 0), (0.3, 0.1), (1, 1)], [(0, 1, 2)], [1, np.nan, 2])
 
 

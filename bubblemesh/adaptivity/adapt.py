@@ -105,7 +105,7 @@ def _adapted(
 ) -> Result:
     if case.metric is not None:
         with at_key("metric"):
-            raise CaseError("adapt finds one of the solution, with --anisotropic: leave the case's own out")
+            raise CaseError("remove `metric` from the case: adapt --anisotropic computes its own")
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = case_domain(case)

@@ -19,7 +19,7 @@ ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary
 MISMATCH = 0.15  # area beside a boundary edge in terms of its length's square: more than under an arc of 90 degrees
 
 
-@record
+@record(eq=False)
 class Solution:
     """A solution of first order; made by `Solution.of`.
 
@@ -60,7 +60,7 @@ class Solution:
         values = np.hstack([values.real, values.imag]) if np.iscomplexobj(values) else values.astype(float)
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
         if len(bad):
-            raise CaseError(f"{name} is no number at node {bad[0]} (from 0), {place(points[bad[0]])}")
+            raise CaseError(f"{name} is not a number at node {bad[0]} (counted from 0), at {place(points[bad[0]])}")
         areas = signed_areas(points, triangles)
         flat = np.flatnonzero(areas == 0)
         if len(flat):

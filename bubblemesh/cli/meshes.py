@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from bubblemesh.meshes.quality import SpacingBetween
 
 View = tuple[float, float, float, float]
+MeshPath = Annotated[
+    Path, typer.Argument(metavar="MESH", help="Mesh file of any format that bubblemesh or meshio reads.")
+]
 MetricField = Annotated[
     str | None,
     typer.Option("--field", metavar="NAME", help="Name of the metric at the nodes, if the file has more data."),
@@ -24,7 +27,7 @@ MetricField = Annotated[
 
 
 def quality(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="Mesh file of any format that meshio reads.")],
+    mesh: MeshPath,
     other: Annotated[
         Path | None, typer.Argument(metavar="[OTHER]", help="Another mesh, to compare the first with.")
     ] = None,
@@ -98,7 +101,7 @@ def in_metric(mesh: Path, field: str | None, as_json: bool) -> None:
 
 
 def partition(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="Mesh file of any format that meshio reads.")],
+    mesh: MeshPath,
     parts: Annotated[int, typer.Argument(metavar="N", help="Number of parts, one for each process of the solver.")],
     output: Output = None,
     formats: FormatsNamed = None,
@@ -132,7 +135,7 @@ def partition(
 
 
 def plot(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="Mesh file of any format that meshio reads.")],
+    mesh: MeshPath,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="PATH", help="Picture: .png, .svg or .pdf.")
     ] = None,

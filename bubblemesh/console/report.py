@@ -119,7 +119,7 @@ def show_quality(figures: Mapping[str, Any]) -> None:
         "worst q": ", ".join(f"{worst['quality']:.3f} at {place(worst['at'], size)}" for worst in quality["worst"][:3]),
     }
     if quality["irregular_fraction"] is not None:
-        rows["irregular"] = f"{quality['irregular_fraction']:.1%} of the inner nodes have not six neighbours"
+        rows["irregular"] = f"{quality['irregular_fraction']:.1%} of the inner nodes do not have six neighbours"
     if "spacing" in figures:
         spacing = figures["spacing"]
         rows["edges l/d"] = f"{spacing['mean']:.3f} ± {spacing['std']:.3f}, 98 % in " + (
@@ -217,8 +217,8 @@ def _plane(figures: Mapping[str, Any]) -> str:
     least, largest = figures["scale"]
     written = "as they are in it" if figures["target"] == "auto" else f"in {figures['target']}"
     plane = figures["plane"].partition(" +k")[0]
-    longer = f"lengths are {least - 1:.2%} to {largest - 1:.2%} longer, for which the spacing accounts"
-    return f"{figures['source']} in the plane {plane}, where {longer}; written {written}"
+    longer = f"lengths are {least - 1:.2%} to {largest - 1:.2%} longer; the spacing allows for this"
+    return f"{figures['source']} in the plane {plane}, where {longer}; coordinates are written {written}"
 
 
 def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:

@@ -42,7 +42,7 @@ class Held(NamedTuple):
 NOTHING_HELD = Held()
 
 
-@record
+@record(eq=False)
 class Domain(Uncached):
     """A plane area, or several, each inside its outer ring and outside its holes.
 

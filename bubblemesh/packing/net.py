@@ -29,7 +29,9 @@ class Net:
     two_sided: Booleans  # (b,): facets with the domain on both sides
     triangles: Integers  # (t, 3): counter-clockwise
     edges: Integers  # (m, 2): every edge of a triangle once
-    legal: Legal | None = field(default=None, compare=False)  # what flips made these triangles and edges, if they did
+    legal: Legal | None = field(
+        default=None, compare=False
+    )  # the Delaunay state after flips; None if triangulated afresh
     connected_at: Floats | None = field(default=None, compare=False)  # places (n, 2), if the bubbles have moved since
     straight: bool = False  # whether every facet is a part of a straight wall, or known never to move
 

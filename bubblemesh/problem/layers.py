@@ -122,7 +122,7 @@ def _ladder(keys: LayerKeys, key: Key, domain: Domain) -> Ladder:
         count = count_of(first, keys.thickness, growth)
     if count > (MOST_LAYERS if keys.until is None else MOST_RISING):
         with at_key(*key):
-            raise CaseError(f"they would be {count} layers, too many: raise growth or first")
+            raise CaseError(f"this makes {count} layers, which is too many: raise growth or first")
     if keys.count is None and keys.thickness is not None and count > 1:
         growth = growth_of(first, count, keys.thickness)
     return Ladder(

@@ -188,7 +188,7 @@ def next_aim(trials: Sequence[Trial], target: float, flattest: float = FLATTEST)
 
 
 def out_of_reach(nodes: float, closest: float) -> CaseError | LimitError:
-    """The error that so many nodes cannot be had, of which the ``closest`` number is not."""
+    """Error for a number of nodes that no scale reaches; ``closest`` is the nearest number that one does reach."""
     if closest < nodes:  # all terms go with the scale: only a minimum can stop them
         return CaseError(
             f"{nodes:.0f} nodes are more than the spacing allows where it is finest, which are at most about "

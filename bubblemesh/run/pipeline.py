@@ -34,7 +34,7 @@ MOST_MESHES = 8  # until one has the wanted number of nodes
 MOST_BY_ROWS = 4  # of them with whole rows of nodes, if there are any
 
 
-@record
+@record(eq=False)
 class Result:
     """Mesh of a run, with its report.
 
@@ -63,7 +63,7 @@ class Result:
         return f"<Result: {self.mesh!r}, mean quality {self.report['quality']['mean']:.3f}>"
 
 
-@record
+@record(eq=False)
 class SlicedResult:
     """Mesh of a problem that was packed in parts, which stays where they are kept; else as `Result`."""
 

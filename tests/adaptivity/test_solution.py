@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bubblemesh
-from bubblemesh.adaptivity.solution import require_coverage
+from bubblemesh.adaptivity.solution import Solution, require_coverage
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import Parts
@@ -100,8 +100,8 @@ POINTS, TRIANGLES = [(0, 0), (1, 0), (0, 1)], [(0, 1, 2)]
         (POINTS, [(0, 1, 2), (0, 1)], [1, 2, 3], "^triangles: must be an array of numbers"),
         (POINTS, TRIANGLES, [1, [2, 3], 4], "^values: must be an array of numbers"),
         (POINTS, TRIANGLES, ["a", "b", "c"], "^values: must be numbers of shape"),
-        (POINTS, TRIANGLES, np.ma.array([1, 2, 3], mask=[0, 1, 0]), r"^u is no number at node 1 "),
-        (POINTS, TRIANGLES, np.ma.array([1, 2j, 3], mask=[0, 0, 1]), r"^u is no number at node 2 "),
+        (POINTS, TRIANGLES, np.ma.array([1, 2, 3], mask=[0, 1, 0]), r"^u is not a number at node 1 "),
+        (POINTS, TRIANGLES, np.ma.array([1, 2j, 3], mask=[0, 0, 1]), r"^u is not a number at node 2 "),
         (np.ma.array(POINTS, mask=[[0, 0], [0, 1], [0, 0]]), TRIANGLES, [1, 2, 3], "^points: must be finite"),
     ],
 )
@@ -123,3 +123,10 @@ def hull(points):
         side = side[np.argsort(points[side, 1 - axis])]
         edges.append(np.column_stack([side[:-1], side[1:]]))
     return np.vstack(edges)
+
+
+def test_a_solution_and_a_domain_equal_nothing_but_themselves():
+    one, other = (Solution.of(POINTS, TRIANGLES, np.arange(len(POINTS))) for _ in range(2))
+    assert len({one, other, SQUARE, DISC}) == 4
+    assert one != other
+    assert Domain.of(rings.rectangle(0, 0, 1, 1)) != SQUARE

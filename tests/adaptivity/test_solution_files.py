@@ -93,7 +93,7 @@ NAN = np.array([0, 1, np.nan, 3])
         (POINTS[:4, :2], TRIANGLES + 1, np.zeros(4), "triangles: must use all of the nodes 0 to 3"),
         (POINTS[:4, :2], TRIANGLES, np.zeros(3), r"values: must be numbers of shape \(4,\)"),
         (POINTS[:4, :2], TRIANGLES, np.array(["a"] * 4), "values: must be numbers"),
-        (POINTS[:4, :2], TRIANGLES, NAN, r"u is no number at node 2 \(from 0\), \(1, 1\)"),
+        (POINTS[:4, :2], TRIANGLES, NAN, r"u is not a number at node 2 \(counted from 0\), at \(1, 1\)"),
         (POINTS[[0, 1, 1], :2] * [[1], [1], [2]], TRIANGLES[:1], np.zeros(3), r"around \(1, 0\) has no area"),
     ],
 )

@@ -1,6 +1,7 @@
 """Cases from strangers: what they may read, where they may write, and how much they may take."""
 
 import os
+import re
 from pathlib import Path
 
 import meshio
@@ -8,11 +9,13 @@ import numpy as np
 import pytest
 from batches import rows_of
 from commands import command, contents
+from paths import ROOT
 
 import bubblemesh
 from bubblemesh import readers
 from bubblemesh.case.models import UNTRUSTED
 from bubblemesh.errors import CaseError, FileError
+from bubblemesh.meshfiles.read import SELF_CONTAINED
 from bubblemesh.problem.prepare import prepare
 
 SQUARE = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.4\n"
@@ -162,6 +165,11 @@ def test_a_mesh_that_may_name_other_files_is_not_read(name, stranger):
     code, _, message = command("check", "--untrusted", "theirs/case.yaml")
     assert code == 2
     assert "may name other files: an untrusted case gives data as .msh, .pos, .vtk, .vtu" in message
+
+
+def test_the_page_on_security_lists_the_meshes_that_are_read():
+    (row,) = [line for line in (ROOT / "docs/security.md").read_text().splitlines() if "| Data on a mesh" in line]
+    assert tuple(re.findall(r"`(\.\w+)`", row)) == SELF_CONTAINED
 
 
 @pytest.mark.parametrize("directory", ["../mine", "ABSOLUTE", "folder", "folder/new", "data/../.."])

@@ -961,9 +961,9 @@ def test_python_programs_ask_for_layers_as_cases_do():
             [{"on": "bottom", "first": 1e-9, "thickness": 1, "growth": 1}],
             {},
             CaseError,
-            "they would be 1000000000 layers",
+            "this makes 1000000000 layers, which is too many",
         ),
-        ([{"on": "bottom", "first": 1e-6, "growth": 1.0001, "until": "isotropic"}], {}, CaseError, "layers, too many"),
+        ([{"on": "bottom", "first": 1e-6, "growth": 1.0001, "until": "isotropic"}], {}, CaseError, "layers, which is too many"),
         ([{"on": "bottom", "count": 200, "thickness": 0.1}], {}, CaseError, "too low for numbers beside"),
     ],
 )
