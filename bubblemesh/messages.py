@@ -198,6 +198,6 @@ def cause(error: Exception, most: int = 60) -> str:
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """Message on a name that nothing has, with the names that there are."""
     names = list(known)
-    close = get_close_matches(name, names, n=1)
-    hint = f"did you mean {close[0]!r}? " if close else ""
+    close = closest(name, names)
+    hint = "" if close is None else f"did you mean {close!r}? "
     return f"unknown {what} {name!r}; {hint}known: {listed(names)}"

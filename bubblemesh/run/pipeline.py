@@ -143,24 +143,52 @@ def _meshed(
 
 
 def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, Any] | None) -> Result | SlicedResult:
-    """Make the mesh of the best packing, measure it and report: the nearest one to the wanted number of nodes."""
-    target = packings[0].problem.node_target
-    wanted = packings[0].nodes if target is None else target.nodes
-    best = min(packings, key=lambda packing: (packing.clock.over, abs(packing.nodes - wanted)))
-    problem, task, seconds = best.problem, best.problem.task, dict(best.seconds)
+    """Make the mesh of the best packing, measure it and report."""
+    best = _best(packings)
+    problem, partition, seconds = best.problem, best.problem.task.partition, dict(best.seconds)
     with timed(seconds, "quality"):
         found = measured(best.packed, problem)
         done = completed(found, problem)
-    if task.partition is not None:
+    if partition is not None:
         with timed(seconds, "partition"):
-            done = done.divided(task.partition)
+            done = done.divided(partition)
+    if problem.node_target is not None:
+        seconds["other_attempts"] = perf_counter() - begun - sum(seconds.values())
     seconds["total"] = sum(seconds.values())
-    if target is not None:
-        total = perf_counter() - begun
-        seconds |= {"other_attempts": total - seconds["total"], "total": total}
+    row = _node_target_row(best, packings)
+    report = _report(best, found, done, seconds, row, adaptation)
+    why_not = verdict(best, found.figures, done.mesh)
+    if isinstance(done.mesh, Mesh):
+        return Result(done.mesh, found.fields, report, best.speeds, why_not)
+    return SlicedResult(problem, done.mesh, report, best.speeds, why_not)
+
+
+def _best(packings: Sequence[Packing]) -> Packing:
+    """The packing that is nearest to the wanted number of nodes, of those that were not cut short if there are any."""
+    target = packings[0].problem.node_target
+    wanted = packings[0].nodes if target is None else target.nodes
+    return min(packings, key=lambda packing: (packing.clock.over, abs(packing.nodes - wanted)))
+
+
+def _node_target_row(best: Packing, packings: Sequence[Packing]) -> NodeTargetRow | None:
+    """What the report tells of the wanted number of nodes, if there is one."""
+    target = best.problem.node_target
     attempts = tuple({"scale": packing.scale, "nodes": packing.nodes} for packing in packings)
-    changes, plane = spacing_changes(problem), problem.domain.plane
-    report = Report(
+    return None if target is None else NodeTargetRow(target.nodes, best.scale, attempts)
+
+
+def _report(
+    best: Packing,
+    found: Measured,
+    done: Completed,
+    seconds: Mapping[str, float],
+    node_target: NodeTargetRow | None,
+    adaptation: Mapping[str, Any] | None,
+) -> Report:
+    """The report of a packing and its mesh."""
+    problem, task, plane = best.problem, best.problem.task, best.problem.domain.plane
+    changes = spacing_changes(problem)
+    return Report(
         case=task.name,
         method=task.method_name,
         version=__version__,
@@ -183,7 +211,7 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         warnings=_told(best, found, done, adapted=adaptation is not None),
         repairs=repair_rows(problem.domain),
         refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
-        budget=None if target is None else NodeTargetRow(target.nodes, best.scale, attempts),
+        budget=node_target,
         adaptation=adaptation,
         parts=best.parts,
         partition=None if done.partition is None else done.partition.figures(),
@@ -192,10 +220,6 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
         crs=None if plane is None else PlaneRow.of(plane, found.figures["bounds"]),
         metric=found.metric,
     )
-    why_not = verdict(best, found.figures, done.mesh)
-    if isinstance(done.mesh, Mesh):
-        return Result(done.mesh, found.fields, report, best.speeds, why_not)
-    return SlicedResult(problem, done.mesh, report, best.speeds, why_not)
 
 
 def _told(best: Packing, found: Measured, done: Completed, *, adapted: bool) -> tuple[str, ...]:

@@ -963,7 +963,12 @@ def test_python_programs_ask_for_layers_as_cases_do():
             CaseError,
             "this makes 1000000000 layers, which is too many",
         ),
-        ([{"on": "bottom", "first": 1e-6, "growth": 1.0001, "until": "isotropic"}], {}, CaseError, "layers, which is too many"),
+        (
+            [{"on": "bottom", "first": 1e-6, "growth": 1.0001, "until": "isotropic"}],
+            {},
+            CaseError,
+            "layers, which is too many",
+        ),
         ([{"on": "bottom", "count": 200, "thickness": 0.1}], {}, CaseError, "too low for numbers beside"),
     ],
 )
