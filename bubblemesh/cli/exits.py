@@ -132,7 +132,9 @@ def _as_ours() -> Iterator[None]:
     """Have usage errors show what steers a terminal as escapes, and help that cannot be written a message."""
     try:
         yield
-    except (BrokenPipeError, SystemExit):  # Rich ends the process where the reader has gone
+    except (BrokenPipeError, SystemExit) as end:
+        if getattr(end, "code", 1) != 1:  # with which Rich ends the process where the reader has gone
+            raise
         with reported():
             raise BrokenPipeError from None
     except OSError as error:
