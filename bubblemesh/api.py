@@ -20,7 +20,8 @@ from bubblemesh.problem.python.domain import Drawing, Geometry, Labels
 from bubblemesh.problem.python.progress import in_steps
 from bubblemesh.problem.python.spacing import Wanted, spacing_of
 from bubblemesh.problem.python.task import MAX_NODES, Wishes
-from bubblemesh.problem.spacing import values_of, with_areas_below, with_metrics
+from bubblemesh.problem.spacing import with_areas_below, with_metrics
+from bubblemesh.problem.values import values_of
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem, require_case
 from bubblemesh.run.report import RoundRow
 

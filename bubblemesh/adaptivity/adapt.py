@@ -30,7 +30,8 @@ from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
 from bubblemesh.problem.prepare import NODES, near_target, prepare_for
 from bubblemesh.problem.problem import Problem
-from bubblemesh.problem.spacing import held_request, within_limits
+from bubblemesh.problem.scale import within_limits
+from bubblemesh.problem.spacing import held_request
 from bubblemesh.problem.task import task_of
 from bubblemesh.process.limits import timed
 from bubblemesh.records import record

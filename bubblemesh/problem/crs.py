@@ -17,6 +17,7 @@ from bubblemesh.geometry.geography import Plane, Projecting, known_system
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.problem.files import named_files
+from bubblemesh.problem.scale import SpacingAtScale
 from bubblemesh.records import record
 from bubblemesh.spacing.expression import DistanceTo, Expression, Rasters, names_in
 from bubblemesh.spacing.spacing import Spacing
@@ -34,9 +35,7 @@ def projecting_of(keys: CrsKeys) -> Projecting:
     return Projecting(keys.source, None if keys.to == AUTO else keys.to)
 
 
-def on_the_ground(
-    at: Callable[[float | None], Spacing], plane: Plane, power: int = 1
-) -> Callable[[float | None], Spacing]:
+def on_the_ground(at: SpacingAtScale, plane: Plane, power: int = 1) -> SpacingAtScale:
     """A spacing request in the plane for one in metres on the ground; with a power of -1 the other way round."""
 
     def in_plane(scale: float | None) -> Spacing:

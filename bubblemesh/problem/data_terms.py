@@ -111,7 +111,7 @@ def _models(terms: SpacingTerms) -> Iterator[tuple[Key, DataTerm]]:
             yield Key(["spacing", name, *([number] if len(models) > 1 else [])]), model
 
 
-def elsewhere(key: Key, data: DataFunction, bounds: Sequence[float]) -> str | None:
+def outside_note(key: Key, data: DataFunction, bounds: Sequence[float]) -> str | None:
     """Warning if data lies wholly outside a domain with the bounds (x0, y0, x1, y1)."""
     (x0, y0, x1, y1), (left, low, right, high) = data.bounds, bounds
     if x0 <= right and left <= x1 and y0 <= high and low <= y1:

@@ -10,8 +10,8 @@ from bubblemesh.errors import at_key
 from bubblemesh.geometry.distance.distances import require_labels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.problem import Task
+from bubblemesh.problem.regions import largest_areas
 from bubblemesh.problem.shapes import length_in_file
-from bubblemesh.problem.spacing import largest_areas
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder

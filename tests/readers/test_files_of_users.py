@@ -10,7 +10,7 @@ from geometry_files import area, domain, labels_of
 from bubblemesh.case import load_case
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.problem.domain import case_domain
-from bubblemesh.problem.spacing import largest_areas
+from bubblemesh.problem.regions import largest_areas
 from bubblemesh.readers.embedded import read_points
 from bubblemesh.readers.formats import read_regions
 from bubblemesh.readers.selection import Selection
