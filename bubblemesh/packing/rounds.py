@@ -32,6 +32,7 @@ class Round:
     speeds: Floats  # (iterations,): mean speed after each step of the motion
     evaluations: int  # of the force on a bubble
     stop_reason: str | None = None  # why no round follows
+    late: bool = False  # whether that is since the time was up
 
     @property
     def iterations(self) -> int:
@@ -118,7 +119,7 @@ def rounds(
             packing.refine(spacing)
         packing.end()
         inserted = max(len(packing.net.bubbles) - before, 0)
-        yield Round(number + 1, before, inserted, packing.net, np.zeros(0), 0, str(reason))
+        yield Round(number + 1, before, inserted, packing.net, np.zeros(0), 0, str(reason), late=True)
     else:
         progress.finish()
 

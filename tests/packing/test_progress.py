@@ -90,6 +90,7 @@ def test_packing_that_is_cut_short_has_the_wanted_spacing(share):
     problem = problem_of(CASE)
     _, done = packed(problem, Stopwatch(share))
     assert done[-1].stop_reason == "enough"
+    assert [one.late for one in done] == [False] * (len(done) - 1) + [True]
     assert [one.number for one in done] == [*range(1, len(done) + 1)]
     assert done[-1].before + done[-1].inserted - done[-1].deleted == len(done[-1].bubbles)
     if len(done) > 1:

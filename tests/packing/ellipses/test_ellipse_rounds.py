@@ -94,7 +94,8 @@ def test_when_the_time_is_up_the_mesh_is_brought_to_the_last_metric(share):
     spacing = uniform_metric(0.02, 0.2, 0.5)
     *earlier, last = packed(SQUARE, spacing, watch)
     assert told == sorted(told)
-    assert last.stop_reason == "no time"
+    assert (last.stop_reason, last.late) == ("no time", True)
+    assert not any(done.late for done in earlier)
     assert last.number == len(earlier) + 1
     assert not earlier or last.before == len(earlier[-1].bubbles)
     x, triangles = last.net.bubbles.x, last.net.triangles
