@@ -1,10 +1,8 @@
 """A domain packed in parts: cut, packed part by part, joined, and packed once more along the seams."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import chain
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import sqrt
-from typing import TypeVar
 
 import numpy as np
 
@@ -13,22 +11,19 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.census import Census
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.messages import place
-from bubblemesh.packing.annealing import Annealing
-from bubblemesh.packing.levels import SingleLevel
-from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net, reconnect
-from bubblemesh.parts.cores import Core, Margin, kept_part, packed_part
+from bubblemesh.parts.cores import PartJob, packed_part
 from bubblemesh.parts.cuts import Cuts, cut
 from bubblemesh.parts.division import Division, Places, divided
+from bubblemesh.parts.part import Core, Margin
 from bubblemesh.parts.patches import Patch, joined, patch
-from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, packed_again, settled
+from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, settled
 from bubblemesh.parts.store import Store
-from bubblemesh.parts.work import Crew, Deadline, Job, Record
+from bubblemesh.parts.work import Job, Terms
+from bubblemesh.parts.workshop import Workshop
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
-
-T = TypeVar("T")
 
 # Nodes, about, of each part, where their number is not given; from `FEW` parts on they grow with the mesh, as their
 # number does, or the seams would.
@@ -88,133 +83,26 @@ def enough_parts(expected_nodes: float) -> int:
     return next((each * round(parts / each) for each in EVEN if parts >= 0.75 * each), 1)
 
 
-@dataclass
-class Together:
-    """Common ground of all parts and strips: how they are packed, by whom, and who is told of it."""
-
-    spacing: Spacing
-    wanted: Spacing | None  # if figures and fields of the triangles are to be made, by parts
-    method: Method
-    max_nodes: int
-    deadline: Deadline
-    crew: Crew
-    store: Store
-    on_done: Callable[[Record], None]  # is told of each part, in their order, and of each pass over the seams
-    on_share: Callable[[float], None]  # is told what share of all is done
-    share: float = 0.0
-
-    def parts(self, division: Division, cuts: Cuts, expected_nodes: float) -> tuple[list[Places], list[Margin]]:
-        """Pack the parts that are not kept yet, and keep them."""
-        shares = (cuts.work / cuts.work.sum()).tolist()
-        places = dict[int, Places]()
-
-        def part(cell: int) -> Domain:
-            domain, places[cell] = division.part(cell)
-            return domain
-
-        def job(cell: int) -> Job:
-            domain = part(cell)
-            method, rest = self._of_a_part(shares[cell]), (self.max_nodes, self.deadline)
-            given = domain, places[cell], self.spacing, self.wanted, method, shares[cell] * expected_nodes, *rest
-            return Job(f"the part around {_middle_of(domain.bounds)}", given)
-
-        kept = ((cell, self.store.margin(cell)) for cell in range(cuts.cells))
-        known = {cell: margin for cell, margin in kept if margin is not None and not margin.record.late}
-        left = [cell for cell in range(cuts.cells) if cell not in known]
-        all_parts = chain(known.items(), self._fresh(job, left, shares))
-        margins = list[Margin]()
-        for margin in self._in_order(all_parts, [(1 - SEAMS_WORK) * share for share in shares]):
-            self.on_done(margin.record)
-            margins.append(margin)
-        for cell in known:
-            part(cell)
-        return [places[cell] for cell in range(cuts.cells)], margins
-
-    def seams(self, net: Net, free: Booleans) -> tuple[Net, Integers]:
-        """Pack strips of a net once more, as of `Strips.put_back`; bubbles that are ``free`` (n,) may move."""
-        found, method, made = Strips.of(net, free), self._of_a_seam(), dict[int, Strip]()
-        sizes = found.sizes
-        work = [SEAMS_WORK / 2 * size / sum(sizes) for size in sizes]
-
-        def job(number: int) -> Job:
-            strip = made[number] = found[number]
-            around = _middle_of((*strip.x.min(axis=0), *strip.x.max(axis=0)))
-            return Job(f"the seam around {around}", (strip, self.spacing, method, self.deadline))
-
-        done = list(self._in_order(self._results(packed_again, job, range(len(found)), work), work))
-        if done:
-            self.on_done(Record.together([part.record for part in done]))
-        return found.put_back([(made[number], part) for number, part in enumerate(done)], self.spacing)
-
-    def _fresh(
-        self, job: Callable[[int], Job], cells: Iterable[int], work: Sequence[float]
-    ) -> Iterator[tuple[int, Margin]]:
-        """Pack parts and keep them: where they are packed if that can be, as most of a part is nothing but kept."""
-
-        def keeping(cell: int) -> Job:
-            what, given = job(cell)
-            return Job(what, (self.store, cell, *given))
-
-        if self.store.shared:
-            yield from self._results(kept_part, keeping, cells, work)
-            return
-        for cell, part in self._results(packed_part, job, cells, work):
-            self.store.keep(cell, part)
-            yield cell, part.margin
-
-    def _of_a_seam(self) -> Method:
-        """The method for strips, whose order is that of the parts beside them."""
-        annealing = self.method.annealing
-        if isinstance(annealing, Annealing):
-            annealing = replace(annealing, effort="fast")
-        return replace(self.method, levels=SingleLevel(), annealing=annealing)
-
-    def _of_a_part(self, share: float) -> Method:
-        """The method as a part gets it: it takes as long for each bubble as in one piece."""
-        annealing = self.method.annealing
-        if isinstance(annealing, Annealing):
-            annealing = replace(annealing, fully_shaken=max(round(share * annealing.fully_shaken), 1))
-        return replace(self.method, annealing=annealing)
-
-    def _results(
-        self, function: Callable[..., T], job: Callable[[int], Job], numbers: Iterable[int], work: Sequence[float]
-    ) -> Iterator[tuple[int, T]]:
-        """Number and result of each of some jobs, as they come; the longest are begun first."""
-        order = sorted(numbers, key=lambda number: -work[number])
-        return ((order[place], result) for place, result in self.crew(function, map(job, order)))
-
-    def _in_order(self, results: Iterable[tuple[int, T]], work: Sequence[float]) -> Iterator[T]:
-        """Results in the order of their numbers; each is a share of all work."""
-        waiting, told = dict[int, T](), 0
-        for number, result in results:
-            waiting[number] = result
-            self.share += work[number]
-            self.on_share(min(self.share, 1.0))
-            while told in waiting:
-                yield waiting.pop(told)
-                told += 1
-
-
-def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together: Together) -> Parted:
+def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, terms: Terms, workshop: Workshop) -> Parted:
     """Pack a domain in so many parts.
 
     Bubbles on the cuts are set beforehand and stay, so that the parts know nothing of each other. In the end strips
     along the cuts are packed once more with these bubbles free: first between the ends of cuts, then around the ends.
     The bands of the parts, in which these strips are, are all that is held here.
     """
-    together.crew(packed_part, ())  # no jobs yet: its workers start while the domain is cut
-    cuts = cut(domain, together.spacing, expected_nodes, parts)
-    division = divided(domain, cuts, together.spacing)
-    places, margins = together.parts(division, cuts, expected_nodes)
-    net, along, ends, numbers = joined(division, list(_patches(division, places, margins)), together.spacing)
+    workshop.crew(packed_part, ())  # no jobs yet: its workers start while the domain is cut
+    cuts = cut(domain, terms.spacing, expected_nodes, parts)
+    division = divided(domain, cuts, terms.spacing)
+    places, margins = _packed_parts(division, cuts, expected_nodes, terms, workshop)
+    net, along, ends, numbers = joined(division, list(_patches(division, places, margins)), terms.spacing)
     rim = np.concatenate([number[margin.band.rim] for number, margin in zip(numbers, margins, strict=True)])
     between = near(net, along, SEAM) & ~near(net, ends, JUNCTION)
     between[rim] = False
     in_seams = int(between.sum())
-    net, moved = together.seams(net, between)
+    net, moved = _packed_seams(net, between, terms, workshop, 1 - SEAMS_WORK)
     around = near(net, moved[ends], JUNCTION)
     around[moved[rim]] = False
-    net, again = together.seams(net, around)
+    net, again = _packed_seams(net, around, terms, workshop, 1 - SEAMS_WORK / 2)
     # Bubbles that are gone have no number; no core knows any of them.
     number = np.where(moved < 0, -1, again[moved])
     numbers = tuple(number[known] for known in numbers)
@@ -222,14 +110,14 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
     for known, margin in zip(numbers, margins, strict=True):
         edged = margin.valence > 0  # each of these is a bubble of its own
         valence[known[edged]] += margin.valence[edged]
-    net = settled(net, together.spacing)
+    net = settled(net, terms.spacing)
     return Parted(
         net=net,
         cell=cuts.cell_of(net.bubbles.x[net.triangles].mean(axis=1)),
         rim=number[rim],
         rim_region=np.concatenate([margin.band.rim_region for margin in margins]),
         numbers=numbers,
-        store=together.store,
+        store=workshop.store,
         sizes=np.array([(margin.nodes, margin.triangles) for margin in margins]),
         regions=each_once(np.concatenate([margin.regions for margin in margins])),
         census=tuple(margin.census for margin in margins if margin.census is not None),
@@ -237,6 +125,42 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, together:
         on_cuts=len(along),
         in_seams=in_seams + int(around.sum()),
     )
+
+
+def _packed_parts(
+    division: Division, cuts: Cuts, expected_nodes: float, terms: Terms, workshop: Workshop
+) -> tuple[list[Places], list[Margin]]:
+    """Pack all parts: the places and the margin of each."""
+    shares = (cuts.work / cuts.work.sum()).tolist()
+    places = dict[int, Places]()
+
+    def job(cell: int) -> Job:
+        domain, places[cell] = division.part(cell)
+        part = PartJob(domain, places[cell], shares[cell] * expected_nodes, terms.for_part(shares[cell]))
+        return Job(f"the part around {_middle_of(domain.bounds)}", (part,))
+
+    margins = workshop.margins(job, [(1 - SEAMS_WORK) * share for share in shares])
+    for cell in range(cuts.cells):
+        if cell not in places:  # it was kept
+            _, places[cell] = division.part(cell)
+    return [places[cell] for cell in range(cuts.cells)], margins
+
+
+def _packed_seams(net: Net, free: Booleans, terms: Terms, workshop: Workshop, done: float) -> tuple[Net, Integers]:
+    """Pack strips of a net once more, as of `Strips.put_back`; bubbles that are ``free`` (n,) may move.
+
+    The share ``done`` of all work is done before; half of that for seams is done here.
+    """
+    found, made, terms = Strips.of(net, free), dict[int, Strip](), terms.for_seams()
+    sizes = found.sizes
+
+    def job(number: int) -> Job:
+        strip = made[number] = found[number]
+        around = _middle_of((*strip.x.min(axis=0), *strip.x.max(axis=0)))
+        return Job(f"the seam around {around}", (strip, terms))
+
+    packed = workshop.strips(job, [SEAMS_WORK / 2 * size / sum(sizes) for size in sizes], done)
+    return found.put_back([(made[number], part) for number, part in enumerate(packed)], terms.spacing)
 
 
 def _middle_of(bounds: tuple[float, float, float, float]) -> str:

@@ -9,9 +9,9 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, unconnected
-from bubblemesh.parts.cores import Band
 from bubblemesh.parts.division import Division, Places
 from bubblemesh.parts.ends import merged
+from bubblemesh.parts.part import Band
 from bubblemesh.spacing.spacing import Spacing
 
 

@@ -15,9 +15,8 @@ from bubblemesh.kernels.linking import legalised
 from bubblemesh.meshes.edges import directed_sides, find_sides, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.ellipses.smoothing import with_better_shapes
-from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net
-from bubblemesh.parts.work import Deadline, Packed, packed_from
+from bubblemesh.parts.work import Packed, Terms, packed_from
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
@@ -53,9 +52,9 @@ class Strip(NamedTuple):
         return _polygon(self.x[~self.free], ends, len(outer))
 
 
-def packed_again(strip: Strip, spacing: Spacing, method: Method, deadline: Deadline) -> Packed:
+def packed_again(strip: Strip, terms: Terms) -> Packed:
     """Pack a strip from where its bubbles are: first come those of its rim, in their order."""
-    return packed_from(strip.domain(), spacing, method, strip.x[strip.free], deadline)
+    return packed_from(strip.domain(), strip.x[strip.free], terms)
 
 
 def near(net: Net, bubbles: Integers, rings: int) -> Booleans:

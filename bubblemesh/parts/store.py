@@ -4,7 +4,7 @@ import zlib
 from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast, get_type_hints
+from typing import Any, NamedTuple, Protocol, cast, get_type_hints
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.errors import FileError, prefixed
 from bubblemesh.files import opened, unreadable, unwritten
-
-if TYPE_CHECKING:
-    from bubblemesh.parts.cores import Core, Margin, Part
+from bubblemesh.parts.part import Core, Margin, Part
 
 NAME = "part-{}.npz"
 # What readers raise of archives and arrays that are broken, or are none.
@@ -29,13 +27,13 @@ class Store(Protocol):
     def shared(self) -> bool:
         """Whether a copy of it in a process that packs parts keeps them in the same place."""
 
-    def keep(self, number: int, part: "Part") -> None:
+    def keep(self, number: int, part: Part) -> None:
         """Keep a part."""
 
-    def margin(self, number: int) -> "Margin | None":
+    def margin(self, number: int) -> Margin | None:
         """All of a part but its core; None if it is not there as a whole."""
 
-    def core(self, number: int) -> "Core":
+    def core(self, number: int) -> Core:
         """The core of a part that is there."""
 
 
@@ -47,15 +45,15 @@ class InMemory:
     def __init__(self) -> None:
         self._parts: dict[int, Part] = {}
 
-    def keep(self, number: int, part: "Part") -> None:
+    def keep(self, number: int, part: Part) -> None:
         """Keep a part."""
         self._parts[number] = part
 
-    def margin(self, number: int) -> "Margin | None":
+    def margin(self, number: int) -> Margin | None:
         """All of a part but its core; None if it is not there."""
         return self._parts[number].margin if number in self._parts else None
 
-    def core(self, number: int) -> "Core":
+    def core(self, number: int) -> Core:
         """The core of a part."""
         return self._parts[number].core
 
@@ -70,7 +68,7 @@ class InFolder:
         self._folder = folder
         self.shared = shared
 
-    def keep(self, number: int, part: "Part") -> None:
+    def keep(self, number: int, part: Part) -> None:
         """Keep a part: its file is there as a whole, or not at all."""
         path = self._folder / NAME.format(number)
         begun = path.with_name(path.name + UNFINISHED)
@@ -81,20 +79,16 @@ class InFolder:
         except OSError as error:
             raise unwritten(path, error) from None
 
-    def margin(self, number: int) -> "Margin | None":
+    def margin(self, number: int) -> Margin | None:
         """All of a part but its core; None if it is not there, or damaged, as after a loss of power: both are read."""
-        from bubblemesh.parts.cores import Margin
-
         try:
             self.core(number)
             return cast("Margin", self._read(number, Margin, "margin"))
         except FileError:
             return None
 
-    def core(self, number: int) -> "Core":
+    def core(self, number: int) -> Core:
         """The core of a part."""
-        from bubblemesh.parts.cores import Core
-
         return self._read(number, Core, "core")
 
     def _read(self, number: int, kind: Any, name: str) -> Any:

@@ -1,7 +1,8 @@
 """The work on one part or strip, in whatever process it is done, and what is told of it."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from time import perf_counter, time
+from dataclasses import replace
+from time import monotonic, perf_counter, time
 from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
@@ -9,18 +10,19 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import prefixed
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.annealing import Annealing
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.rounds import Round, rounds
+from bubblemesh.records import record
 from bubblemesh.spacing.grid.table import tabulated
 from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.spacing import Spacing
 
 T = TypeVar("T")
-
-LATE = "the time limit"
 
 
 class Job(NamedTuple):
@@ -96,51 +98,87 @@ class Packed(NamedTuple):
     record: Record
 
 
-class Deadline(NamedTuple):
-    """A time at which work has to end with what there is; infinite if there is none."""
+@record
+class Deadline:
+    """A time at which work has to end with what there is; infinite if there is none.
 
-    at: float  # seconds since 1970, on which clocks of several machines agree
+    In another process it is over after as many seconds as are left when it is sent there, less those on the way.
+    """
+
+    at: float  # on the clock of this process, which nobody sets
 
     @classmethod
     def within(cls, seconds: float) -> "Deadline":
         """The time after so many seconds."""
-        return cls(time() + seconds)
+        return cls(monotonic() + seconds)
 
     @property
-    def over(self) -> bool:
-        """Whether it is past."""
-        return time() >= self.at
+    def left(self) -> float:
+        """Seconds until then; negative if it is past."""
+        return self.at - monotonic()
 
     def watch(self, share: float) -> None:
         """TimeUp if the time is over."""
-        if self.over:
-            raise TimeUp(LATE)
+        if self.left <= 0:
+            raise TimeUp("the time limit")
+
+    def __reduce__(self) -> tuple[Callable[[float, float], "Deadline"], tuple[float, float]]:
+        return _arrived, (self.left, time())
 
 
-def packed(
-    domain: Domain, spacing: Spacing, method: Method, expected_nodes: float, max_nodes: int, deadline: Deadline
-) -> Packed:
+def _arrived(left: float, sent: float) -> Deadline:
+    """A deadline that had so many seconds left when it was sent, in seconds since 1970."""
+    # Jobs may wait for a worker of a cluster; if a clock was set back meanwhile, they have not waited.
+    return Deadline.within(left - max(time() - sent, 0.0))
+
+
+@record
+class Terms:
+    """What holds for the packing of a part or strip, of whatever domain it is."""
+
+    spacing: Spacing
+    target: Spacing | None  # that figures and fields of the triangles compare with, if they are made by parts
+    method: Method
+    max_nodes: int
+    deadline: Deadline
+
+    def for_part(self, share: float) -> "Terms":
+        """The terms for a part with a share of the work: it takes as long for each bubble as in one piece."""
+        annealing = self.method.annealing
+        if isinstance(annealing, Annealing):
+            annealing = replace(annealing, fully_shaken=max(round(share * annealing.fully_shaken), 1))
+        return replace(self, method=replace(self.method, annealing=annealing))
+
+    def for_seams(self) -> "Terms":
+        """The terms for strips, whose order is that of the parts beside them."""
+        annealing = self.method.annealing
+        if isinstance(annealing, Annealing):
+            annealing = replace(annealing, effort="fast")
+        return replace(self, method=replace(self.method, levels=SingleLevel(), annealing=annealing))
+
+
+def packed(domain: Domain, expected_nodes: float, terms: Terms) -> Packed:
     """Pack a domain by itself."""
-    levels, start = method.started(domain, tabulated(domain, spacing), expected_nodes, max_nodes)
-    return _ended(domain, levels, method, start, deadline)
+    levels, start = terms.method.started(domain, tabulated(domain, terms.spacing), expected_nodes, terms.max_nodes)
+    return _ended(domain, levels, start, terms)
 
 
-def packed_from(domain: Domain, spacing: Spacing, method: Method, x: Floats, deadline: Deadline) -> Packed:
+def packed_from(domain: Domain, x: Floats, terms: Terms) -> Packed:
     """Pack a domain whose bubbles are all corners, but for those at x (k, 2), from there."""
-    table = tabulated(domain, spacing)
+    table = tabulated(domain, terms.spacing)
     places, count = np.vstack([domain.boundary.corners, x]), len(domain.boundary.corners)
     none = np.zeros(0, np.int64), np.zeros(0)
     start = Bubbles(places, table.extended(places), *none, count, np.zeros(len(places), bool))
-    return _ended(domain, (table,), method, method.placement.again(start, domain, table), deadline)
+    return _ended(domain, (table,), terms.method.placement.again(start, domain, table), terms)
 
 
-def _ended(domain: Domain, levels: tuple[Spacing, ...], method: Method, start: Bubbles, deadline: Deadline) -> Packed:
+def _ended(domain: Domain, levels: tuple[Spacing, ...], start: Bubbles, terms: Terms) -> Packed:
     """All rounds of a packing."""
     begun, speeds = perf_counter(), list[Floats]()
     before = Figures.of(start, connect(start, domain).triangles, levels[0])
     deleted = inserted = evaluations = 0
     last: Round | None = None
-    for last in rounds(start, domain, levels, method, deadline.watch):
+    for last in rounds(start, domain, levels, terms.method, terms.deadline.watch):
         speeds.append(last.speeds)
         deleted, inserted = deleted + last.deleted, inserted + last.inserted
         evaluations += last.evaluations
@@ -148,5 +186,5 @@ def _ended(domain: Domain, levels: tuple[Spacing, ...], method: Method, start: B
     bubbles, triangles = last.bubbles, last.net.triangles
     figures, along = Figures.of(bubbles, triangles, levels[-1]), np.concatenate(speeds)
     seconds = perf_counter() - begun
-    record = Record(before, figures, deleted, inserted, along, evaluations, last.stop_reason == LATE, seconds)
+    record = Record(before, figures, deleted, inserted, along, evaluations, last.late, seconds)
     return Packed(bubbles, triangles, record)

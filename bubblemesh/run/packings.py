@@ -12,7 +12,7 @@ from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.parts.store import Keeping
-from bubblemesh.parts.work import Crew, Deadline, Figures, Record
+from bubblemesh.parts.work import Crew, Deadline, Figures, Record, Terms
 from bubblemesh.problem.problem import Problem
 from bubblemesh.process.limits import enter, time_left, timed
 from bubblemesh.records import record
@@ -146,7 +146,8 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
 def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> Packing:
     """Pack parts side by side, if it is worth several; each, and each pass over the seams, is told of as a round."""
     # Imported here since few meshes have parts.
-    from bubblemesh.parts.parted import Together, enough_parts, packed_in_parts
+    from bubblemesh.parts.parted import enough_parts, packed_in_parts
+    from bubblemesh.parts.workshop import Workshop
 
     parts = problem.task.parts or enough_parts(problem.packed_nodes)
     if parts == 1:
@@ -163,24 +164,20 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
         on_round(rows[-1])
 
     clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
-    deadline = Deadline.within(time_left() - clock.reserve)
     method = problem.method
     placement = method.placement.fitted(problem.packed_domain, problem.packing_spacing, problem.packed_nodes)
     if placement.in_order:
         method = replace(method, placement=placement)
-    together = Together(
+    terms = Terms(
         problem.packing_spacing,
-        problem.spacing if stay else None,
-        method,
-        task.max_nodes,
-        deadline,
-        crew,
-        keeping.store(scale_of(problem)),
-        on_done,
-        clock.tell,
+        target=problem.spacing if stay else None,
+        method=method,
+        max_nodes=task.max_nodes,
+        deadline=Deadline.within(time_left() - clock.reserve),
     )
+    workshop = Workshop(crew, keeping.store(scale_of(problem)), on_done, clock.tell)
     with timed(seconds, "packing"):
-        parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, together)
+        parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, terms, workshop)
         packed = parted if stay else parted.whole(problem.packing_spacing)
     clock.over = any(record.late for record in records)
     why = clock.reason if clock.over else "all parts and the seams between are packed"

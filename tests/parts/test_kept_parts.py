@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from io import BytesIO
 from pathlib import Path
 
@@ -22,7 +23,6 @@ from bubblemesh.meshes.conformity import require_piece
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.meshes.triangulation import triangulated
-from bubblemesh.parts.parted import Together
 from bubblemesh.parts.store import IN_MEMORY, InFolder, InMemory, Keeping
 from bubblemesh.parts.work import alone
 from bubblemesh.run import destination
@@ -219,27 +219,37 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
+def noted_parts(monkeypatch, most=10):
+    """Numbers of the parts that are packed and kept from here on, in this process: a list that grows up to so many."""
+    numbers, keep = [], InFolder.keep
+
+    def noted(self, number, part):
+        if len(numbers) == most:
+            raise FileError("no more")
+        numbers.append(number)
+        keep(self, number, part)
+
+    monkeypatch.setattr("bubblemesh.workers.crew.crew_of", lambda *hired: nullcontext(alone))
+    monkeypatch.setattr(InFolder, "keep", noted)
+    return numbers
+
+
 def test_files_are_the_same_whether_a_run_was_ended_on_its_way(here, monkeypatch):
     options = "--parts", "3", "--jobs", "1", "-q"
     assert command("run", "plate.yaml", "-o", "once", *options)[0] == 0
-    # A run that fails when two of the parts are kept.
-    fresh = Together._fresh
-
-    def failing(self, job, cells, work):
-        yield from fresh(self, job, [0, 1], work)
-        raise FileError("no more")
-
     with monkeypatch.context() as patch:
-        patch.setattr(Together, "_fresh", failing)
+        done = noted_parts(patch, most=2)
         code, _, told = command("run", "plate.yaml", "-o", "again", "--resume", *options)
-    assert (code, told) == (5, "error: plate.yaml: no more\n")
+    assert code == 5
+    assert told.endswith(": no more\n")
     (kept,) = (here / "again").iterdir()
-    assert sorted(path.name for path in (kept / "1.0").iterdir()) == ["part-0.npz", "part-1.npz"]
-    times = [InFolder(kept / "1.0").margin(number).record.seconds for number in range(2)]
+    assert {path.name for path in (kept / "1.0").iterdir()} == {f"part-{number}.npz" for number in done}
+    times = {number: InFolder(kept / "1.0").margin(number).record.seconds for number in done}
     (here / "again" / ".plate.parts-0123").mkdir()  # of another state of the case
     assert command("run", "plate.yaml", "-o", "again", "--resume", *options)[0] == 0
     report = json.loads((here / "again/plate.report.json").read_text())
-    assert [row["seconds"] for row in report["rounds"][:2]] == times  # they were not packed again
+    # They were not packed again.
+    assert {number: report["rounds"][number]["seconds"] for number in done} == times
     assert contents(here / "again").keys() == contents(here / "once").keys()
     for name in ("plate.h5", "plate_facets.h5", "plate.xdmf"):
         assert (here / "again" / name).read_bytes() == (here / "once" / name).read_bytes()
@@ -260,13 +270,7 @@ def test_a_damaged_part_is_packed_again(here, monkeypatch):
     content = bytearray(kept.read_bytes())
     content[content.index(b"core.quality.npy") + 300] ^= 1
     kept.write_bytes(content)
-    packed, fresh = [], Together._fresh
-
-    def noted(self, job, cells, work):
-        packed.extend(cells)
-        return fresh(self, job, cells, work)
-
-    monkeypatch.setattr(Together, "_fresh", noted)
+    packed = noted_parts(monkeypatch)
     assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "--resume", "-q")[0] == 0
     assert packed == [1]
     assert (here / "out/plate.h5").read_bytes() == (here / "once/plate.h5").read_bytes()
@@ -291,13 +295,7 @@ def test_two_runs_do_not_share_kept_parts(here, monkeypatch):
 def test_other_inputs_find_no_parts(here, monkeypatch):
     ended_on_its_way(monkeypatch)
     (kept,) = (here / "out").iterdir()
-    packed, fresh = [], Together._fresh
-
-    def noted(self, job, cells, work):
-        packed.extend(cells)
-        return fresh(self, job, cells, work)
-
-    monkeypatch.setattr(Together, "_fresh", noted)
+    packed = noted_parts(monkeypatch)
     assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "--resume", "-q", "--seed", "5")[0] == 0
     assert sorted(packed) == [0, 1]
     assert not kept.exists()

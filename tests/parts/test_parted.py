@@ -283,7 +283,7 @@ def test_a_number_of_nodes_takes_several_attempts_where_the_first_one_misses():
 
 
 def test_a_late_packing_ends_with_a_valid_mesh(monkeypatch):
-    monkeypatch.setattr(Deadline, "over", property(lambda self: True))
+    monkeypatch.setattr(Deadline, "left", property(lambda self: 0.0))
     text = HOLES + "limits: {seconds: 1000}\n"
     result = mesh_case(case(text, 3))
     check_mesh(result.mesh)

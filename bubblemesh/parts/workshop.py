@@ -1,0 +1,82 @@
+"""Who packs the parts and strips of a mesh, who keeps them, and who is told how far they are."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
+from typing import TypeVar
+
+from bubblemesh.parts.cores import kept_part, packed_part
+from bubblemesh.parts.part import Margin
+from bubblemesh.parts.seams import packed_again
+from bubblemesh.parts.store import Store
+from bubblemesh.parts.work import Crew, Job, Packed, Record
+from bubblemesh.records import record
+
+T = TypeVar("T")
+JobOf = Callable[[int], Job]  # makes the job with a number when a worker is to do it
+
+
+@record
+class Workshop:
+    """Who packs the parts and strips of a mesh, who keeps the parts, and who is told how far they are."""
+
+    crew: Crew
+    store: Store
+    on_done: Callable[[Record], None]  # is told of each part, in their order, and of each pass over the seams
+    on_share: Callable[[float], None]  # is told what share of all is done
+
+    def margins(self, job: JobOf, work: Sequence[float]) -> list[Margin]:
+        """Pack the parts that are not kept yet, and keep them: the margin of each part.
+
+        The job of a part has a `PartJob`; ``work`` has the share of each in all that is to be done.
+        """
+        kept = ((number, self.store.margin(number)) for number in range(len(work)))
+        known = {number: margin for number, margin in kept if margin is not None and not margin.record.late}
+        left = [number for number in range(len(work)) if number not in known]
+        margins = list[Margin]()
+        for margin in self._in_order(chain(known.items(), self._fresh(job, left, work)), work):
+            self.on_done(margin.record)
+            margins.append(margin)
+        return margins
+
+    def strips(self, job: JobOf, work: Sequence[float], done: float) -> list[Packed]:
+        """Pack strips once more: each as it is then.
+
+        The job of a strip has the arguments of `packed_again`; ``work`` has the share of each in all, of which the
+        share ``done`` is done before.
+        """
+        strips = list(self._in_order(self._results(packed_again, job, range(len(work)), work), work, done))
+        if strips:
+            self.on_done(Record.together([strip.record for strip in strips]))
+        return strips
+
+    def _fresh(self, job: JobOf, numbers: Iterable[int], work: Sequence[float]) -> Iterator[tuple[int, Margin]]:
+        """Pack parts and keep them: where they are packed if that can be, as most of a part is nothing but kept."""
+
+        def keeping(number: int) -> Job:
+            what, (part,) = job(number)
+            return Job(what, (self.store, number, part))
+
+        if self.store.shared:
+            yield from self._results(kept_part, keeping, numbers, work)
+            return
+        for number, part in self._results(packed_part, job, numbers, work):
+            self.store.keep(number, part)
+            yield number, part.margin
+
+    def _results(
+        self, function: Callable[..., T], job: JobOf, numbers: Iterable[int], work: Sequence[float]
+    ) -> Iterator[tuple[int, T]]:
+        """Number and result of each of some jobs, as they come; the longest are begun first."""
+        order = sorted(numbers, key=lambda number: -work[number])
+        return ((order[place], result) for place, result in self.crew(function, map(job, order)))
+
+    def _in_order(self, results: Iterable[tuple[int, T]], work: Sequence[float], done: float = 0.0) -> Iterator[T]:
+        """Results in the order of their numbers; what share of all is done is told as they come."""
+        waiting, given = dict[int, T](), 0
+        for number, result in results:
+            waiting[number] = result
+            done += work[number]
+            self.on_share(min(done, 1.0))
+            while given in waiting:
+                yield waiting.pop(given)
+                given += 1
