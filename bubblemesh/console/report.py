@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from bubblemesh import console
-from bubblemesh.meshes.quality import Histogram
+from bubblemesh.meshes.histograms import Histogram
 from bubblemesh.messages import coordinate, counted, duration, place, run_seconds
 
 MOST_REPAIRS = 20  # that a table shows

@@ -9,19 +9,16 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.histograms import Histogram, lowest_shown, quality_histogram, spacing_histogram
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import (
     TARGET_SPACING,
-    Histogram,
     Measures,
     SpacingBetween,
     edge_means,
     edge_ratios,
-    lowest_shown,
     mesh_figures,
-    quality_histogram,
     spacing_fit,
-    spacing_histogram,
 )
 from bubblemesh.records import record
 

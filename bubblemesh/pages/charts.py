@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from bubblemesh.meshes.quality import Histogram
+from bubblemesh.meshes.histograms import Histogram
 from bubblemesh.pages.markup import Markup, html, tag
 
 WIDTH, HEIGHT = 340, 190

@@ -9,17 +9,10 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.histograms import histogram, lowest_shown, quality_histogram
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import MeasuresInMetric, measures_of, spacing_along_edges
-from bubblemesh.meshes.quality import (
-    TARGET_SPACING,
-    angles,
-    edge_means,
-    edge_ratios,
-    histogram,
-    lowest_shown,
-    quality_histogram,
-)
+from bubblemesh.meshes.quality import TARGET_SPACING, angles, edge_means, edge_ratios
 from bubblemesh.messages import counted, duration, place
 from bubblemesh.pages.charts import Line, bar, histogram_chart, line_chart
 from bubblemesh.pages.markup import Markup, cell, head, html, table, tag, whole

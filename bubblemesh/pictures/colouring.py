@@ -13,9 +13,10 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from bubblemesh.arrays import Floats, unmasked
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.histograms import lowest_shown
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import MeasuresInMetric, measures_of
-from bubblemesh.meshes.quality import TARGET_SPACING, lowest_shown, signed_areas, spacing_ratios
+from bubblemesh.meshes.quality import TARGET_SPACING, signed_areas, spacing_ratios
 from bubblemesh.messages import meant, shown
 from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
 from bubblemesh.records import record

@@ -16,15 +16,8 @@ from bubblemesh.cli import app
 from bubblemesh.console.report import show_comparison
 from bubblemesh.meshes import comparison
 from bubblemesh.meshes.edges import unique_edges
-from bubblemesh.meshes.quality import (
-    angles,
-    edge_means,
-    histogram,
-    inverted,
-    lowest_shown,
-    quality_histogram,
-    radius_ratios,
-)
+from bubblemesh.meshes.histograms import histogram, lowest_shown, quality_histogram
+from bubblemesh.meshes.quality import angles, edge_means, inverted, radius_ratios
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_file
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from report_pages import NASTY, Elements
 
-from bubblemesh.meshes.quality import histogram
+from bubblemesh.meshes.histograms import histogram
 from bubblemesh.meshfiles.text import readable_json
 from bubblemesh.pages.charts import Line, histogram_chart, line_chart
 from bubblemesh.pages.markup import Markup, from_template, html, linked_places, tag
