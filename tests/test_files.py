@@ -5,7 +5,6 @@ import io
 
 import pytest
 
-from bubblemesh import files
 from bubblemesh.errors import CaseError, FileError, LimitError, prefixed
 from bubblemesh.files import (
     case_text,
@@ -42,7 +41,7 @@ def test_a_file_that_the_system_does_not_give(tmp_path, name):
 
 
 def test_a_case_is_read_up_to_a_limit(monkeypatch):
-    monkeypatch.setattr(files, "MOST_BYTES", 3)
+    monkeypatch.setattr("bubblemesh.files.opening.MOST_BYTES", 3)
     assert case_text(io.BytesIO(b"a: "), "a.yaml") == "a: "
     with pytest.raises(LimitError, match=r"^a\.yaml: the case file has more than the 0 MB that are read"):
         case_text(io.BytesIO(b"a: 1"), "a.yaml")
@@ -56,7 +55,7 @@ def test_what_a_library_may_open(tmp_path, monkeypatch):
         require_readable(tmp_path)
     path.write_bytes(b"1234")
     require_readable(path)
-    monkeypatch.setattr(files, "MOST_BYTES", 3)
+    monkeypatch.setattr("bubblemesh.files.opening.MOST_BYTES", 3)
     with pytest.raises(LimitError, match="the file has 0 MB"):
         require_readable(path)
 

@@ -1,0 +1,47 @@
+"""Files of users: opened, confined to a folder, copied, locked; temporary folders; and names that files can hold."""
+
+from bubblemesh.files.confinement import confined_to, is_confined
+from bubblemesh.files.copies import has_copies, local_copies, local_copy
+from bubblemesh.files.names import FORBIDDEN, LONGEST_FILE_NAME, LONGEST_NAME, bytes_of_name, is_writable
+from bubblemesh.files.opening import (
+    beside,
+    case_text,
+    content_of,
+    opened,
+    read_bytes,
+    read_text,
+    require_readable,
+    sync,
+)
+from bubblemesh.files.reasons import MORE_FILES, TOO_MANY_FILES, no_place, reason, unreadable, unwritten
+from bubblemesh.files.temporary import OWNER, locked, temporary_folder
+
+__all__ = [
+    "FORBIDDEN",
+    "LONGEST_FILE_NAME",
+    "LONGEST_NAME",
+    "MORE_FILES",
+    "OWNER",
+    "TOO_MANY_FILES",
+    "beside",
+    "bytes_of_name",
+    "case_text",
+    "confined_to",
+    "content_of",
+    "has_copies",
+    "is_confined",
+    "is_writable",
+    "local_copies",
+    "local_copy",
+    "locked",
+    "no_place",
+    "opened",
+    "read_bytes",
+    "read_text",
+    "reason",
+    "require_readable",
+    "sync",
+    "temporary_folder",
+    "unreadable",
+    "unwritten",
+]

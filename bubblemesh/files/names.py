@@ -1,0 +1,19 @@
+"""Names: how long those of files can be, and which ones mesh files can hold."""
+
+import os
+
+LONGEST_FILE_NAME = 255  # bytes, as usual file systems have it
+LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
+MOST_NAME_BYTES = 253  # of such a name, that Gmsh reads
+FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
+
+
+def bytes_of_name(name: str) -> int:
+    """Bytes that a file system needs for the name of a file or a folder."""
+    return len(os.fsencode(name))
+
+
+def is_writable(name: str) -> bool:
+    """Whether every mesh file can hold a name: XML has no form for control characters, and a quote ends it in msh."""
+    fits = 0 < len(name) <= LONGEST_NAME and len(name.encode()) <= MOST_NAME_BYTES
+    return fits and name.isprintable() and not {*name} & {*'"\\'}

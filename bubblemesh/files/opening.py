@@ -1,0 +1,132 @@
+"""Files of users: how they are opened, how much of one is read, and how they are brought to the disk."""
+
+import errno
+import os
+import stat
+from collections.abc import Collection
+from glob import escape
+from io import BufferedReader, BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+from bubblemesh.errors import CaseError, LimitError, prefixed
+from bubblemesh.files.confinement import way_to
+from bubblemesh.files.copies import refusal_of
+from bubblemesh.files.reasons import unreadable
+
+MOST_BYTES = 500_000_000  # of a case, and of a file with geometry or data
+BLOCK = 1_000_000  # bytes that are read at once
+NO_FILE = "a pipe or a device: write what it gives to a file first, or pipe a case in by bubblemesh run -"
+READ = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_BINARY"))  # as systems have it
+
+
+def opened(path: Path, what: str = "file", *, limited: bool = True) -> BufferedReader:
+    """Stream of a regular file's bytes, or of those of its local copy: the one way to what a user names.
+
+    A pipe or a device, of which reading may never end, is not waited for. FileError if the system does not give the
+    file, or it is no regular one; LimitError if it is ``limited`` and has more than `MOST_BYTES`; CaseError if it is
+    elsewhere than files may be (`confined_to`). What could not be copied has the error of that (`local_copies`).
+    """
+    if refusal := refusal_of(path):
+        raise refusal
+    try:
+        with way_to(path) as (name, folder):
+            follow = folder is None
+            # To open some devices is to use them.
+            _require_regular(os.stat(name, dir_fd=folder, follow_symlinks=follow), what, limited)
+            number = os.open(name, READ if follow else READ | os.O_NOFOLLOW, dir_fd=folder)
+    except (OSError, ValueError) as error:
+        raise unreadable(error, what) from None
+    stream = os.fdopen(number, "rb")
+    try:
+        _require_regular(os.fstat(number), what, limited)  # it may be another one by now
+    except BaseException:
+        stream.close()
+        raise
+    return stream
+
+
+def _require_regular(status: os.stat_result, what: str, limited: bool) -> None:
+    if not stat.S_ISREG(status.st_mode):
+        is_folder = stat.S_ISDIR(status.st_mode)
+        raise unreadable("it is a folder" if is_folder else f"it is no regular file, but {NO_FILE}", what)
+    if limited and status.st_size > MOST_BYTES:
+        raise _too_large(what, f"{status.st_size / 1e6:,.0f} MB, ")
+
+
+def _too_large(what: str, size: str = "") -> LimitError:
+    advice = "simplify it, or write only what the case needs"
+    return LimitError(f"the {what} has {size}more than the {MOST_BYTES / 1e6:,.0f} MB that are read: {advice}")
+
+
+def read_bytes(path: Path, what: str = "file") -> bytes:
+    """All bytes of a file; errors as of `opened` and `content_of`."""
+    with opened(path, what) as stream:
+        return content_of(stream, what)
+
+
+def content_of(stream: BinaryIO, what: str = "file") -> bytes:
+    """All bytes of a stream; FileError if they cannot be read, LimitError if there are more than `MOST_BYTES`."""
+    content = BytesIO()
+    try:
+        # A stream sets aside as much memory as it is asked to read, however little there is.
+        while block := stream.read(BLOCK):
+            content.write(block)
+            if content.tell() > MOST_BYTES:
+                raise _too_large(what)
+    except OSError as error:
+        raise unreadable(error, what) from None
+    if block is None:  # a file of the system whose bytes are yet to come
+        raise unreadable(f"it is {NO_FILE}", what)
+    return content.getvalue()
+
+
+def read_text(path: Path) -> str:
+    """Text of a UTF-8 file; errors as of `read_bytes`, CaseError if its bytes are not UTF-8."""
+    return _decoded(read_bytes(path), "line ")
+
+
+def case_text(stream: BinaryIO, source: str) -> str:
+    """Text of a case; messages name its ``source``; errors as of `content_of`, CaseError if it is not UTF-8."""
+    with prefixed(source):
+        content = content_of(stream, "case file")
+    return _decoded(content, f"{source}:")
+
+
+def _decoded(content: bytes, place: str) -> str:
+    """Text of UTF-8 bytes; ``place`` stands before the number of a line that is none."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        found = f"byte 0x{content[error.start]:02x}"
+        raise CaseError(f"{place}{line}: not UTF-8 text (found {found}): save the file as UTF-8") from None
+
+
+def require_readable(path: Path) -> None:
+    """Check that a library can open a file; errors are those of `opened`."""
+    opened(path).close()
+
+
+def beside(path: Path, endings: Collection[str]) -> list[Path]:
+    """Files in the folder of a file that differ from it by one of the endings alone, in small or capital letters."""
+    try:
+        others = sorted(path.parent.glob(f"{escape(path.stem)}.*")) if endings else []
+    except OSError:  # the folder cannot be looked into, which who opens the file itself will be told
+        return []
+    return [other for other in others if other.suffix.lower() in endings and other.stem == path.stem]
+
+
+def sync(path: Path) -> None:
+    """Bring a file, or the names in a folder, to the disk, as far as the system can; OSError if that fails."""
+    is_folder = path.is_dir()
+    if is_folder and os.name == "nt":  # which has no way to do that
+        return
+    number = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)
+    try:
+        os.fsync(number)
+    except OSError as error:
+        if not is_folder or error.errno != errno.EINVAL:  # of file systems that keep their folders by themselves
+            raise
+    finally:
+        os.close(number)
