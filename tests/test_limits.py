@@ -244,7 +244,7 @@ def test_every_stage_of_a_run_is_watched(stage, strict, tmp_path, monkeypatch):
 def test_reading_a_solution_is_watched(strict, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.yaml").write_text(SQUARE + "limits: {seconds: 1.5}\n")
-    monkeypatch.setattr("bubblemesh.meshfiles.read.read_nodal_field", spin)
+    monkeypatch.setattr("bubblemesh.meshfiles.fields.read_nodal_field", spin)
     told = f"limits.seconds: the time limit of 1.5 s was over while {limits.STAGES['estimate'][0]}"
     code, _, message = command("adapt", "case.yaml", "--solution", "solution.vtu", "-o", "out/")
     assert (code, message.startswith(f"error: case.yaml: {told}")) == (6, True)

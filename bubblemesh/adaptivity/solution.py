@@ -74,7 +74,7 @@ def read_solution(path: Path, field: str | None) -> tuple[Solution, list[str]]:
     Errors, which have the file, are those of `read_nodal_field` and of `Solution.of`.
     """
     # Imported here since few programs read a solution.
-    from bubblemesh.meshfiles.read import read_nodal_field
+    from bubblemesh.meshfiles.fields import read_nodal_field
 
     enter("estimate")
     read = read_nodal_field(path, field)

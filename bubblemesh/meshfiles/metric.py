@@ -10,15 +10,8 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.meshes.metric import ENTRIES, nodes_of_triangles, tensors_in, triangles_of_nodes
 from bubblemesh.meshes.tensors import area_sizes, require_positive_definite
-from bubblemesh.meshfiles.read import (
-    MMG,
-    MeshWithData,
-    NodalField,
-    cell_data_of,
-    linear_triangles,
-    nodal_field,
-    own_names,
-)
+from bubblemesh.meshfiles.fields import MMG, NodalField, linear_triangles, nodal_field, own_names
+from bubblemesh.meshfiles.read import MeshWithData, cell_data_of
 from bubblemesh.messages import counted, place
 
 COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components

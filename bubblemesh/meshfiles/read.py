@@ -1,6 +1,6 @@
 """Reads plane triangles, their labels and their data from mesh files of any format."""
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import is_confined, local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quads import halved
-from bubblemesh.meshfiles.coincident import are_apart, joined, places
+from bubblemesh.meshfiles.coincident import are_apart, places
 from bubblemesh.meshfiles.contained import require_contained
 from bubblemesh.meshfiles.groups import ENDS, cell_groups
 from bubblemesh.meshfiles.names import named
@@ -25,9 +25,6 @@ from bubblemesh.records import record
 # Endings of files whose readers open no further one.
 SELF_CONTAINED = ".msh", ".pos", ".vtk", ".vtu", ".frd", ".14", ".grd", ".gr3", ".2dm", ".nc"
 LONGEST_REASON = 200  # letters
-MMG = (".mesh", ".meshb")  # endings of files with data beside them
-NO_SOL = ": it has to be in a .sol file of the same name beside it"
-HIGHER_ORDER = "has triangles of higher order: the estimate is that of linear ones with the values at the corners"
 EDGES = ("line", "line3")
 NO_FACES = (*EDGES, "vertex")
 NO_LABELS = "point 0", "no point"
@@ -39,14 +36,6 @@ TRIANGLES = {kind: [[0, 1, 2]] for kind in ("triangle", *(f"triangle{n}" for n i
 QUADS = {kind: [[0, 1, 2, 3]] for kind in ("quad", *(f"quad{n}" for n in (8, 9, 16, 25, 36, 49, 64, 81, 100)))}
 CORNERS = TRIANGLES | QUADS
 LINEAR = ("triangle", "quad")
-# Those that cover faces of any kind: all data at nodes counts.
-PARTS = {
-    "triangle": [[0, 1, 2]],
-    "triangle6": [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
-    "quad": [[0, 1, 2], [0, 2, 3]],
-    "quad8": [[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 6], [4, 6, 7]],
-    "quad9": [[0, 4, 8], [4, 1, 8], [1, 5, 8], [5, 2, 8], [2, 6, 8], [6, 3, 8], [3, 7, 8], [7, 0, 8]],
-}
 
 
 @record
@@ -105,7 +94,7 @@ def read_triangles(
     points, group, used = points[:, :2], np.arange(len(nodes)), nodes
     if not as_they_are and are_apart(corners):
         with prefixed(path):
-            _, first, group = np.unique(places(points, _digits(source)), return_index=True, return_inverse=True)
+            _, first, group = np.unique(places(points, digits(source)), return_index=True, return_inverse=True)
         points, nodes = points[first], nodes[first]
     index = np.full(len(source.points), -1)
     index[used] = group.ravel()
@@ -158,7 +147,7 @@ def _one_after_the_other(cut: Sequence[_Cut]) -> tuple[Integers, Integers, Integ
     )
 
 
-def _digits(source: Source) -> float:
+def digits(source: Source) -> float:
     """Rounding error of coordinates near 1, as a file holds them."""
     kind = np.asarray(source.points).dtype
     return float(np.finfo(kind if kind.kind == "f" else float).eps)
@@ -255,124 +244,6 @@ def cell_data_of(file: MeshFile) -> dict[str, Floats]:
 def _numbers(data: Mapping[str, Any]) -> dict[str, Floats]:
     """The arrays, by name, that hold real numbers or truth values."""
     return {name: values.astype(float) for name, values in data.items() if values.dtype.kind in REAL + "b"}
-
-
-class FieldData(NamedTuple):
-    """Data on triangles (t, 3) with corners at points (n, 2)."""
-
-    name: str
-    points: Floats
-    triangles: Integers
-    values: Floats  # (n,) or (n, k) at the points, or (c,) of the cells
-    cells: Integers | None  # (t,) number of the cell that each triangle is a part of; None for data at points
-
-    @property
-    def at_points(self) -> bool:
-        """Whether the data is at points, not of cells."""
-        return self.cells is None
-
-
-def read_field(path: Path, name: str | None) -> FieldData:
-    """Read the data ``name`` of a mesh file, or the only one of it; data at nodes goes before data of cells.
-
-    Faces of higher order and quadrilaterals are cut in triangles. Nodes keep their numbers. FileError as of
-    `read_triangles`, and for cells that are no plane faces; CaseError if the name is needed, unknown, or one of data
-    that is not one real number in each place.
-    """
-    file = read_triangles(path, PARTS, "only plane faces have data here", as_they_are=True)
-    source, triangles = file.source, file.nodes[file.triangles]
-    points = np.zeros((len(source.points), 2))
-    points[file.nodes] = file.points
-    known = list(dict.fromkeys([*source.point_data, *source.cell_data]))
-    if name is not None and name not in known:
-        raise CaseError(f"{path}: has no data {name!r}: it has {', '.join(known) or 'none'}")
-    data = own_names(known)
-    if name is None and not data:
-        raise CaseError(f"{path}: has no data: write values at its nodes or of its cells")
-    if name is None and len(data) != 1:
-        raise CaseError(f"{path}: has data of {len(data)} names ({', '.join(data)}): give the name of one")
-    name = name or data[0]
-    if name in source.point_data:
-        return FieldData(name, points, triangles, _one_number_each(path, name, source.point_data[name]), None)
-    values = [_one_number_each(path, name, source.cell_data[name][k]) for k in file.faces]
-    parts = np.repeat([len(PARTS[source.cells[k].type]) for k in file.faces], [len(block) for block in values])
-    return FieldData(name, points, triangles, np.concatenate(values), np.repeat(np.arange(len(parts)), parts))
-
-
-class NodalField(NamedTuple):
-    """Data (n, k) at the corners (n, 2) of triangles (t, 3)."""
-
-    name: str
-    points: Floats
-    triangles: Integers
-    values: Floats
-    notes: tuple[str, ...]  # what was chosen of the file
-
-
-def read_nodal_field(path: Path, name: str | None, chosen_by: str = "--field") -> NodalField:
-    """Read the data ``name`` at the nodes of a mesh file of triangles, or the only data that is there.
-
-    Nodes that the file has once for each cell are one where their values agree; of triangles of higher order the
-    corners count. Users give a name by ``chosen_by``. FileError as of `linear_triangles`; CaseError if the name is
-    needed, unknown, or one of data that is not given by real numbers at the nodes, or that is not continuous.
-    """
-    return nodal_field(linear_triangles(path), name, chosen_by)
-
-
-def linear_triangles(path: Path) -> MeshFile:
-    """Read the triangles of a file by their corners; FileError as of `read_triangles`, and for faces of other kinds."""
-    refusal = "the estimate is for linear triangles: write the mesh and the solution with these alone"
-    return read_triangles(path, TRIANGLES, refusal, as_they_are=True)
-
-
-def nodal_field(file: MeshFile, name: str | None, chosen_by: str) -> NodalField:
-    """Data at the nodes of triangles that `linear_triangles` has read; CaseError as of `read_nodal_field`."""
-    path, data = file.path, file.source.point_data
-    known = own_names(data)
-    listed = ", ".join(known) or "none"
-    if not known and name is None:
-        raise CaseError(f"{path}: has no data at its nodes{NO_SOL if path.suffix.lower() in MMG else ''}")
-    if name is None and len(known) != 1:
-        raise CaseError(f"{path}: has data of {len(known)} names at its nodes ({listed}): choose one by {chosen_by}")
-    name = known[0] if name is None else name
-    if name in file.source.cell_data:
-        raise CaseError(
-            f"{path}: {name} is data of the cells: the estimate needs values at the nodes (there: {listed})"
-        )
-    if name not in data:
-        raise CaseError(f"{path}: has no data {name!r} at its nodes: it has {listed}")
-    values = _real(path, name, data[name])
-    values = values.reshape(len(values), -1)[file.nodes]
-    with prefixed(path):
-        points, triangles, values = joined(file.points, file.triangles, values, name, _digits(file.source))
-    higher = any(file.source.cells[k].type != "triangle" for k in file.faces)
-    notes = (*file.source.notes, *((HIGHER_ORDER,) if higher else ()))
-    return NodalField(name, points, triangles, values, notes)
-
-
-def own_names(data: Iterable[str]) -> list[str]:
-    """Names of data but those of numbers that a format or its writer keeps, as gmsh:physical and vtkGhostType."""
-    return [name for name in data if ":" not in name and not name.startswith("vtk")]
-
-
-def _real(path: Path, name: str, data: Any) -> Floats:
-    """Data as real numbers; else it is a CaseError."""
-    values = np.asarray(data)
-    if values.dtype.kind not in REAL:
-        raise CaseError(f"{path}: {name} does not hold real numbers (found {values.dtype})")
-    return values.astype(float)
-
-
-def _one_number_each(path: Path, name: str, data: Any) -> Floats:
-    """Data (n,) of one real number in each place; else it is a CaseError."""
-    values = _real(path, name, data)
-    components = int(np.prod(values.shape[1:]))
-    if components != 1:
-        raise CaseError(
-            f"{path}: {name} has {components} components: a spacing is one number in each place: write the length, or "
-            "one component, as data of its own"
-        )
-    return values.reshape(-1)
 
 
 def _blocks(source: Any, kinds: Container[str]) -> tuple[int, ...]:

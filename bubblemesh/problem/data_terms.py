@@ -14,7 +14,7 @@ from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.files import local_copy
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import same_system
-from bubblemesh.meshfiles.read import read_field
+from bubblemesh.meshfiles.fields import read_field
 from bubblemesh.messages import extent
 from bubblemesh.problem.crs import given_bounds
 from bubblemesh.readers.grids import Box, completed, is_grid, read_grid, system_of

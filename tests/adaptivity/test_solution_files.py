@@ -6,7 +6,7 @@ import pytest
 
 from bubblemesh.adaptivity.solution import Solution
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshfiles.read import read_nodal_field
+from bubblemesh.meshfiles.fields import read_nodal_field
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 0]])
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])

@@ -14,7 +14,7 @@ from meshio import _files
 
 from bubblemesh.errors import FileError, LimitError
 from bubblemesh.meshfiles import contained
-from bubblemesh.meshfiles.read import read_field
+from bubblemesh.meshfiles.fields import read_field
 from bubblemesh.meshfiles.sources.other import read_other
 
 POINTS, CELLS = [[0.0, 0], [1, 0], [0, 1]], [("triangle", [[0, 1, 2]])]

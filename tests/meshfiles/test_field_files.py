@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from bubblemesh.errors import CaseError, FileError, LimitError
-from bubblemesh.meshfiles.read import PARTS, read_field
+from bubblemesh.meshfiles.fields import PARTS, read_field
 from bubblemesh.readers import rasters
 from bubblemesh.readers.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns

@@ -9,7 +9,7 @@ from metrics import FRONT, metric_case
 
 from bubblemesh import load_case, mesh_case
 from bubblemesh.errors import BubblemeshError
-from bubblemesh.meshfiles.read import read_nodal_field
+from bubblemesh.meshfiles.fields import read_nodal_field
 from bubblemesh.problem.prepare import prepare
 
 CASE = {"domain": {"outer": {"rectangle": [0, 0, 1, 1]}}, "spacing": 0.06, "packing": {"effort": "fast"}}

@@ -16,9 +16,10 @@ from squares import holed_square
 from bubblemesh.api import Mesh
 from bubblemesh.errors import FileError, MeshWarning
 from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshfiles.fields import read_field
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import facet_ids, region_ids
-from bubblemesh.meshfiles.read import read_field, read_mesh, read_triangles
+from bubblemesh.meshfiles.read import read_mesh, read_triangles
 from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.other import PLANE_ELEMENTS
 from bubblemesh.meshfiles.sources.source import Block, Source

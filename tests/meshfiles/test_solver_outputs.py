@@ -8,7 +8,8 @@ from test_output import holed_square
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshfiles.coincident import places
-from bubblemesh.meshfiles.read import read_mesh, read_nodal_field, read_triangles
+from bubblemesh.meshfiles.fields import read_nodal_field
+from bubblemesh.meshfiles.read import read_mesh, read_triangles
 
 MESH = holed_square(6)
 POINTS, TRIANGLES = MESH.points + 1 / 3, MESH.triangles

@@ -5,7 +5,8 @@ import pytest
 
 from bubblemesh.errors import FileError
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshfiles.read import read_field, read_mesh
+from bubblemesh.meshfiles.fields import read_field
+from bubblemesh.meshfiles.read import read_mesh
 
 NODES = """# made by hand
 5 2 1 1

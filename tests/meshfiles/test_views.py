@@ -5,7 +5,8 @@ import pytest
 
 from bubblemesh import load_case
 from bubblemesh.errors import FileError
-from bubblemesh.meshfiles.read import read_mesh, read_nodal_field
+from bubblemesh.meshfiles.fields import read_nodal_field
+from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.problem.prepare import prepare
 
 SQUARE = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], float)

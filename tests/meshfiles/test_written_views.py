@@ -12,7 +12,7 @@ from squares import fields_of, holed_square
 from bubblemesh import load_case, mesh_case
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.meshes.tensors import axes
-from bubblemesh.meshfiles.read import read_nodal_field
+from bubblemesh.meshfiles.fields import read_nodal_field
 from bubblemesh.meshfiles.writing import write_alone
 from bubblemesh.problem.prepare import prepare
 
