@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH, blended, fan, on_curves
 from bubblemesh.layers.ladder import Ladder
@@ -28,6 +28,17 @@ class _Row(NamedTuple):
     follows: int = -1
     from_start: bool = False
     ends: bool = False
+
+
+class _Table(NamedTuple):
+    """Rows of columns as arrays, with the names and kinds of those of `Columns`."""
+
+    foot: Integers
+    up: Floats
+    ladder: Integers
+    follows: Integers
+    from_start: Booleans
+    ends: Booleans
 
 
 class _Builder:
@@ -123,9 +134,9 @@ class _Builder:
         on_sides = np.column_stack([self.first[sides], self.last[sides]])
         return np.concatenate([on_sides, np.column_stack([one, other])]), np.append(sides, of_fan)
 
-    def arrays(self) -> tuple[Any, ...]:
-        """The columns of the table."""
-        return tuple(np.array(column) for column in zip(*self.rows, strict=True))
+    def table(self) -> _Table:
+        """All rows so far."""
+        return _Table(*(np.array(column) for column in zip(*self.rows, strict=True)))
 
     def turns(self) -> Floats:
         """Largest angle (c,) by which the wall turns at the feet of columns."""
@@ -168,26 +179,27 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
     made.join_fans()
     pair, side_of_pair = made.pairs()
     twins = made.twins()
-    foot, up, asked, follows, from_start, ends = made.arrays()
+    table = made.table()
+    foot, itself = table.foot, np.arange(len(table.foot))
     columns = Columns(
         tuple(ladders),
-        foot,
-        walls.x[foot],
-        up,
-        up,
-        np.ones(len(foot)),
-        asked,
-        follows,
-        from_start,
-        ends,
-        walls.d[foot],
-        pair,
-        side_of_pair,
-        np.arange(len(pair)) >= layered.sum(),
-        twins,
-        np.arange(len(foot)),
-        np.arange(len(foot)),
-        np.zeros(len(pair), bool),
+        foot=foot,
+        at=walls.x[foot],
+        foot_up=table.up,
+        up=table.up,
+        bend=np.ones(len(foot)),
+        ladder=table.ladder,
+        follows=table.follows,
+        from_start=table.from_start,
+        ends=table.ends,
+        spacing=walls.d[foot],
+        pair=pair,
+        side=side_of_pair,
+        fan=np.arange(len(pair)) >= layered.sum(),
+        twins=twins,
+        owner=itself,
+        leader=itself,
+        pinch=np.zeros(len(pair), bool),
     )
     free = (columns.follows < 0) & ~columns.ends
     free[[column for _, around in made.fans for column in around]] = False
