@@ -30,7 +30,8 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
 
 if TYPE_CHECKING:
-    from bubblemesh.problem.metric import InMetric, MetricRequest
+    from bubblemesh.problem.metric import MetricRequest
+    from bubblemesh.problem.metric_spacing import InMetric
 
 NODES = Key(["spacing", "nodes"])
 CLOSE = 0.01  # to a wanted number of nodes
@@ -104,7 +105,7 @@ def _before_rules(request: SpacingRequest, scale: float | None) -> Spacing:
     if not request.metrics:
         return spacing
     # Imported here since few cases have a metric.
-    from bubblemesh.problem.metric import below
+    from bubblemesh.problem.metric_spacing import below
 
     return below(_scaled(request.metrics, scale), spacing)
 
@@ -191,7 +192,7 @@ def _metric(
     if not request.metrics and task.method_name != IN_METRIC:
         return None
     # Imported here since few cases have a metric.
-    from bubblemesh.problem.metric import in_metric
+    from bubblemesh.problem.metric_spacing import in_metric
 
     return in_metric(domain, _scaled(request.metrics, scale), asked.spacing, task.max_nodes, asked.survey.cover)
 

@@ -1,0 +1,128 @@
+"""Ellipses of the kinds of metrics that a case can give, as functions of the place."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.geography import Plane
+from bubblemesh.meshes.tensors import Axes, axes
+from bubblemesh.records import record
+from bubblemesh.spacing.metric.metric import Ellipses
+
+Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
+CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
+INFINITE = 1e100  # size that asks for nothing
+
+
+@record
+class Directed:
+    """Ellipses of sizes across and along a direction, given by its angle."""
+
+    angle: Number
+    across: Number
+    along: Number | None
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        angle, across = self.angle(x, y), self.across(x, y)
+        along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
+        across = np.where((across > 0) & (along > 0) & np.isfinite(angle), across, np.nan)
+        with np.errstate(invalid="ignore"):
+            c, s = np.cos(angle), np.sin(angle)
+        wide = across > along
+        direction = np.column_stack([np.where(wide, -s, c), np.where(wide, c, s)])
+        return Axes(np.minimum(across, along), np.maximum(across, along), direction)
+
+
+@record
+class Entries:
+    """Ellipses of tensors, given by their entries."""
+
+    m11: Number
+    m12: Number
+    m22: Number
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        m11, m12, m22 = self.m11(x, y), self.m12(x, y), self.m22(x, y)
+        with np.errstate(invalid="ignore", over="ignore"):
+            positive = (m11 > 0) & (m22 > 0) & (m11 * m22 > m12 * m12)
+        return axes(np.where(positive[:, None], np.column_stack([m11, m12, m22]), np.nan))
+
+
+@record
+class AlongWalls:
+    """Ellipses that lie along the nearest of some walls, whose size across grows away from there; circles at points."""
+
+    domain: Domain
+    labels: tuple[str, ...]
+    across: float
+    growth: float
+    along: Number | None
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        points = np.column_stack([x, y])
+        foot, tangent = self.domain.feet(points, *self.labels)
+        ax, ay = x - foot[:, 0], y - foot[:, 1]
+        distance = np.hypot(ax, ay)
+        at_wall = distance <= CLOSE * self.domain.size
+        of_point = ~tangent.any(axis=1)  # which has no direction: around it they are circles
+        # Around corners and ends they turn; what is all but on a wall has too short a way to it to tell the direction.
+        around = np.column_stack([-ay, ax]) / np.where(at_wall, 1.0, distance)[:, None]
+        # Outside, where straight edges are looked at that end there, a wall goes on as it was.
+        near = np.full(len(x), CLOSE * self.domain.size)
+        straight_on = at_wall | self.domain.surely_outside(points, near)
+        direction = np.where(straight_on[:, None], tangent, around)
+        direction[of_point] = 1.0, 0.0
+        along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
+        across = np.where(along > 0, np.minimum(self.across + self.growth * distance, along), np.nan)
+        return Axes(across, np.where(of_point, across, along), direction)
+
+
+@record
+class Scaled:
+    """Ellipses with all sizes multiplied."""
+
+    ellipses: Ellipses
+    scale: float
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        return self.ellipses(x, y).times(self.scale)
+
+
+@record
+class AtGivenPlaces:
+    """Ellipses at coordinates as they were given, as those at places in the plane."""
+
+    ellipses: Ellipses
+    plane: Plane
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,) in the plane."""
+        return self.ellipses(*self.plane.given(np.column_stack([x, y])).T)
+
+
+@record
+class OnTheGround:
+    """Ellipses in the plane for some in metres on the ground.
+
+    Those that are ``turned`` have directions from the first axis of the given coordinates on: from the east for
+    longitudes.
+    """
+
+    ellipses: Ellipses
+    plane: Plane
+    turned: bool
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,) in the plane."""
+        found = self.ellipses(x, y).times(self.plane.scale(x, y))
+        if not self.turned:
+            return found
+        c, s = self.plane.first_axis(np.column_stack([x, y])).T
+        tx, ty = found.direction.T
+        return found._replace(direction=np.column_stack([c * tx - s * ty, s * tx + c * ty]))

@@ -1,0 +1,166 @@
+"""The spacing in the metrics of a problem: below a spacing, graded, and with warnings."""
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Floats
+from bubblemesh.case.models import IN_METRIC
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.periodic import counterparts
+from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, size_ratios
+from bubblemesh.messages import place, two_places
+from bubblemesh.problem.ellipses import Scaled
+from bubblemesh.problem.metric import MetricRequest
+from bubblemesh.records import record
+from bubblemesh.spacing.cover import Cover
+from bubblemesh.spacing.metric.field import TensorField
+from bubblemesh.spacing.metric.gradation import graded
+from bubblemesh.spacing.metric.metric import MetricSpacing
+from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
+
+STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times that a size may differ there
+TOLD = 1.001  # of the largest aspect: what is more of it is told
+LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
+GRADINGS, SAME = 5, 1.2  # one after the other, at most, and times that sizes may differ in the end
+
+
+class InMetric(NamedTuple):
+    """Metrics of a problem, the spacing in them that is asked for, what is known of it, and warnings."""
+
+    metrics: tuple[MetricRequest, ...]
+    asked: MetricSpacing
+    survey: Survey
+    warnings: tuple[str, ...]
+
+    def packing(self, domain: Domain, spacing: Spacing, max_nodes: int) -> MetricSpacing:
+        """The spacing in the metrics for a packing of a domain, below one that is as fine as its boundary needs.
+
+        Where straight edges cannot follow it ellipses are shorter, and none is longer than the domain.
+        """
+        fitted = MetricSpacing.of(Intersection(self.metrics, spacing, domain.size), self.asked.aspect)
+        bent = _graded(domain, fitted, self.metrics, max_nodes)
+        return _with_fewer_nodes(bent.straightened(), bent, domain, max_nodes)
+
+
+def in_metric(
+    domain: Domain, metrics: Sequence[MetricRequest], spacing: Spacing, max_nodes: int, cover: Cover
+) -> InMetric:
+    """The spacing in metrics and below the given one.
+
+    CaseError where a metric is not positive, with the place; LimitError if there would be more than ``max_nodes``
+    nodes.
+    """
+    points = np.vstack([domain.polygonal_copy.points, cover.points, cover.corners.mean(axis=1)])
+    told = tuple(_too_long(metrics, spacing, points))
+    asked = below(metrics, spacing)
+    survey = surveyed(domain, asked, max_nodes, cover)
+    aspect = _aspect(asked, np.vstack([points, survey.extremes.minimum_at]))
+    asked = replace(asked, aspect=aspect)
+    graded_one = _graded(domain, asked, metrics, max_nodes)
+    if graded_one is not asked:
+        asked, survey = graded_one, surveyed(domain, graded_one, max_nodes, cover)
+    return InMetric(tuple(metrics), asked, survey, (*told, *_differing_sides(domain, asked)))
+
+
+def below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
+    """The spacing in metrics, which is nowhere above the given one."""
+    return MetricSpacing.of(Intersection(tuple(metrics), spacing))
+
+
+@record
+class Intersection:
+    """The intersection of metrics, their aspects limited, with circles of a spacing, and of a largest size."""
+
+    metrics: tuple[MetricRequest, ...]
+    spacing: Spacing
+    largest: float = np.inf
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        d = np.minimum(self.spacing.extended(np.column_stack([x, y])), self.largest)
+        if not self.metrics:
+            return Axes(d, d, np.column_stack([np.ones(len(d)), np.zeros(len(d))]))
+        first, *others = (metric.ellipses(x, y).within(d).wider(metric.aspect) for metric in self.metrics)
+        for other in others:
+            first = axes(intersections(first.tensors, other.tensors))
+        return first
+
+
+def _with_fewer_nodes(straight: MetricSpacing, bent: MetricSpacing, domain: Domain, max_nodes: int) -> MetricSpacing:
+    """A straightened metric with larger sizes: about half of the nodes that it takes beyond the bent one are saved.
+
+    Sizes grow by 5 % at most: a metric that is impossible in most of the domain takes more nodes.
+    """
+    cover = Cover.of(domain)
+    nodes, fewer = (ideal_nodes(domain, spacing, max_nodes, ESTIMATE, cover) for spacing in (straight, bent))
+    scale = min((nodes / fewer) ** 0.25, LARGER)
+    return straight if scale <= 1 else MetricSpacing.of(Scaled(straight.ellipses, scale), straight.aspect, bent)
+
+
+def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequest], max_nodes: int) -> MetricSpacing:
+    """The spacing in metrics that grow between nodes no faster than their gradation, if they have one.
+
+    The nodes are those of a mesh in the metric, as dense as that varies. Where it jumps these are too few: then come
+    those of a mesh in what was graded by them, until that changes no more.
+    """
+    growth = min((metric.gradation for metric in metrics), default=np.inf)
+    if growth == np.inf:
+        return spacing
+    # Imported here since few metrics are graded.
+    from bubblemesh.packing.annealing import NoAnnealing
+    from bubblemesh.packing.methods import METHODS
+    from bubblemesh.packing.rounds import rounds
+
+    method = replace(METHODS[IN_METRIC], annealing=NoAnnealing())
+    result = spacing
+    for _ in range(GRADINGS):
+        levels, start = method.started(domain, result, 0, max_nodes)
+        (last,) = deque(rounds(start, domain, levels, method), maxlen=1)
+        x, triangles = last.net.bubbles.x, last.net.triangles
+        before, tensors = result(x), graded(x, triangles, spacing.at(x), growth)
+        result = MetricSpacing.of(TensorField.of(x, triangles, tensors), spacing.aspect)
+        if (before <= SAME * area_sizes(tensors)).all():
+            break
+    return result
+
+
+def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
+    """Warning of a metric that differs between periodic sides."""
+    boundary, pairs = domain.boundary, domain.periodic
+    if len(pairs) == 0:
+        return
+    piece, share = np.repeat(pairs[:, 0], STATIONS), np.tile(np.linspace(0, 1, STATIONS), len(pairs))
+    s = share * boundary.lengths[piece]
+    mine, other, at = counterparts(boundary, pairs, piece, s)
+    here, there = boundary.points(piece[mine], s[mine]), boundary.points(other, at)
+    times = size_ratios(spacing.checked(here), spacing.checked(there))
+    k = int(times.argmax())
+    if times[k] > DIFFERENT:
+        first, second = two_places(here[k], there[k])
+        yield (
+            f"metric: its sizes in one direction differ {times[k]:.3g} times between periodic sides, at {first} and "
+            f"{second}: nodes there follow the smaller ones, and sizes jump beside the other side: make the metric the "
+            "same on both"
+        )
+
+
+def _aspect(spacing: MetricSpacing, points: Floats) -> float:
+    """Largest aspect at points (n, 2)."""
+    return float(spacing.axes(points).aspects.max())
+
+
+def _too_long(metrics: Sequence[MetricRequest], spacing: Spacing, points: Floats) -> Iterator[str]:
+    """Warnings of metrics whose ellipses are longer than their aspect allows at points (n, 2)."""
+    for metric in metrics:
+        aspects = metric.ellipses(*points.T).within(spacing.extended(points)).aspects
+        k = int(np.where(np.isfinite(aspects), aspects, 0.0).argmax())
+        if aspects[k] > TOLD * metric.aspect:
+            yield (
+                f"{metric.key}: the ellipses are up to {aspects[k]:.4g} times as long as wide, at {place(points[k])}: "
+                f"they are made wider than that, {metric.aspect:g} times at most; aspect raises it"
+            )
