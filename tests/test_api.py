@@ -21,7 +21,7 @@ from skfem.io.meshio import from_meshio
 import bubblemesh
 from bubblemesh.errors import CaseError, FileError, GeometryError, LimitError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.arrangement.regions import Parts, Region
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.paths import Area
 
 PAGE = ROOT / "docs" / "api.md"
@@ -576,7 +576,7 @@ def test_what_a_file_has_and_a_mesh_has_not_is_told(disc, tmp_path):
 @pytest.mark.parametrize("order", [1, 2])
 def test_scikit_fem_gets_all_labels_and_regions(order):
     half = rings.polygon([(0, 0), (0.5, 0), (0.5, 1), (0, 1)])
-    parts = Parts(regions=(Region(Area(half), "west", "wall"),))
+    parts = InnerParts(regions=(Region(Area(half), "west", "wall"),))
     domain = bubblemesh.Domain.of(rings.rectangle(0, 0, 1, 1, label="rim"), parts=parts)
     mesh = bubblemesh.mesh(domain, 0.2)
     found = (mesh if order == 1 else mesh.second_order()[0]).to_skfem()

@@ -13,7 +13,7 @@ from bubblemesh.errors import CaseError, GeometryError, about
 from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans, require_room
 from bubblemesh.geometry.distance.projection import Feet, Nearest, Projection, projection_onto
@@ -52,7 +52,7 @@ class Domain(Uncached):
         Smooth pieces with the domain on their left.
     notes : tuple of str
         What was changed on reading the rings.
-    parts : Parts
+    parts : InnerParts
         Regions and embedded lines and points, which are pieces and corners of the boundary too.
     given_outlines : dict
         Outlines (m, 2) as given of the rings that are followed as curves, by ring number.
@@ -70,7 +70,7 @@ class Domain(Uncached):
 
     boundary: Boundary
     notes: tuple[str, ...] = ()
-    parts: Parts = field(default_factory=Parts)
+    parts: InnerParts = field(default_factory=InnerParts)
     given_outlines: dict[int, Floats] = field(default_factory=dict)
     changes: tuple[Change, ...] = ()
     held: Held = NOTHING_HELD
@@ -79,7 +79,7 @@ class Domain(Uncached):
     lost: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: Parts | None = None) -> "Domain":
+    def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: InnerParts | None = None) -> "Domain":
         """The domain of one area, which the rings bound, whichever way they turn, with its inner parts.
 
         Raises
@@ -97,7 +97,7 @@ class Domain(Uncached):
             return cls.of_areas([Area(outer, tuple(holes))], parts)
 
     @classmethod
-    def of_areas(cls, areas: Sequence[Area], parts: Parts | None = None) -> "Domain":
+    def of_areas(cls, areas: Sequence[Area], parts: InnerParts | None = None) -> "Domain":
         """The domain of separate areas, which may touch in points and lie in each other's holes, with its inner parts.
 
         Its rings are numbered from the outer ones, in the order of the areas, to the holes.
@@ -122,7 +122,7 @@ class Domain(Uncached):
         notes = tuple(note for ring in rings for note in ring.notes)
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, given_outlines=given_outlines)
-        inner = Parts() if parts is None else without_outside(parts, simple.polygon, simple.signed_distance)
+        inner = InnerParts() if parts is None else without_outside(parts, simple.polygon, simple.signed_distance)
         whole = partitioned(boundary, inner, simple.polygon) if inner else boundary
         told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
         changes = tuple(change for ring in (*rings, *inner.rings) for change in ring.changes)

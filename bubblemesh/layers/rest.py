@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, others
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
 from bubblemesh.geometry.domain import Domain, Held
@@ -63,7 +63,7 @@ class Rest:
         # What matches a side of the whole gets no node that its counterpart would not have.
         on_periodic = np.isin(np.append(np.full(count, -1), beside.piece), walls.domain.periodic)
         domain = Domain(
-            small, parts=Parts(points=embedded, periodic=matching), held=Held(np.flatnonzero(on_periodic[order]))
+            small, parts=InnerParts(points=embedded, periodic=matching), held=Held(np.flatnonzero(on_periodic[order]))
         )
         rate = np.append(np.ones(count), np.diff(beside.s, axis=1)[:, 0] / straight.lengths)
         origin, first_s = np.append(bare, beside.piece), np.append(begin[bare], beside.s[:, 0])

@@ -14,7 +14,7 @@ from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, about, prefixed
 from bubblemesh.geometry.arrangement.overlay import overlaid
-from bubblemesh.geometry.arrangement.regions import Parts, Region
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.followed import Following, followed_together
 from bubblemesh.geometry.geography import given_places, given_plane, projecting
@@ -155,10 +155,10 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
     return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
 
 
-def _inner_parts(keys: InnerKeys) -> Parts:
+def _inner_parts(keys: InnerKeys) -> InnerParts:
     """Regions and what is embedded; errors tell which one it is."""
     points, notes = points_of(keys)
-    return Parts(tuple(_regions(keys)), keys.region, tuple(lines_of(keys)), tuple(points), keys.periodic, notes)
+    return InnerParts(tuple(_regions(keys)), keys.region, tuple(lines_of(keys)), tuple(points), keys.periodic, notes)
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
@@ -200,7 +200,7 @@ def _regions_of_file(keys: RegionFile) -> list[Area]:
     return drawn(labelled, keys)
 
 
-def _covered(keys: RegionDomain, parts: Parts) -> list[Area]:
+def _covered(keys: RegionDomain, parts: InnerParts) -> list[Area]:
     """Areas that the regions of files cover together."""
     files = [number for number, model in enumerate(keys.regions) if isinstance(model, RegionFile)]
     areas = [region.area for region in parts.regions if region.key[2] in files]

@@ -16,7 +16,7 @@ from bubblemesh.spacing.spacing import Spacing
 ALIKE = 1e-6  # relative difference of spacings that are one: the error is that of its square
 
 
-class Parts(Protocol):
+class IntegralParts(Protocol):
     """Parts of a domain or of its boundary, with the spacing at their ends."""
 
     def nodes(self) -> Floats:

@@ -13,7 +13,7 @@ from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import node_limit, place
 from bubblemesh.records import record
 from bubblemesh.spacing.cover import LARGEST_PART, Cover
-from bubblemesh.spacing.integrals import Intervals, Parts, Triangles
+from bubblemesh.spacing.integrals import IntegralParts, Intervals, Triangles
 from bubblemesh.spacing.spacing import Spacing
 
 TOLERANCE = 1e-3  # relative, of an integral
@@ -107,7 +107,7 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
     return count
 
 
-def _integral(parts: Parts, tolerance: float, max_nodes: int) -> float:
+def _integral(parts: IntegralParts, tolerance: float, max_nodes: int) -> float:
     """Sum of the nodes on ``parts``, dividing those whose number changes by that, as measured by the sum.
 
     It is given up where these are clearly more than ``max_nodes``. Only parts that have settled are sure: next to a

@@ -7,7 +7,7 @@ import bubblemesh
 from bubblemesh.adaptivity.solution import Solution, require_coverage
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import triangulated
 
@@ -78,7 +78,7 @@ def test_three_triangles_at_an_edge_are_no_plane_mesh():
 
 def test_an_open_crack_is_where_the_domain_has_a_line():
     crack = rings.open_path((0.2, 0.5), [rings.LineTo((0.8, 0.5))], "crack")
-    cracked = Domain.of(rings.rectangle(0, 0, 1, 1), parts=Parts(lines=(crack,)))
+    cracked = Domain.of(rings.rectangle(0, 0, 1, 1), parts=InnerParts(lines=(crack,)))
     slit = [(0.2, 0.5), (0.5, 0.5 - 1e-9), (0.8, 0.5), (0.5, 0.5 + 1e-9)]
     x, y = np.mgrid[0:1:11j, 0:1:11j].reshape(2, -1)
     grid = np.column_stack([x, y])

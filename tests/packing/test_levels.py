@@ -6,7 +6,7 @@ from lattices import hexagon, packed_hexagon, uniform
 from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.kernels.library import COMPILED, engine
@@ -210,7 +210,7 @@ LINES = (
     rings.open_path((0.5, 0.5), [rings.LineTo((2.5, 0.9)), rings.LineTo((2.2, 1.7))], "wall"),
     rings.open_path((0, 1.2), [rings.LineTo((1.6, 1.2))], "crack"),
 )
-LINED = Domain.of(rings.rectangle(0, 0, 3, 2), parts=Parts(lines=LINES))
+LINED = Domain.of(rings.rectangle(0, 0, 3, 2), parts=InnerParts(lines=LINES))
 
 
 def from_origin(least):

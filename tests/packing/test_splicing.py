@@ -9,7 +9,7 @@ from twins import needs_compiler
 
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.library import COMPILED, engine
 from bubblemesh.kernels.linking import legalised
@@ -30,7 +30,7 @@ DOMAINS = {
     "turned": Domain.of(rings.polygon(np.array([[0, 0], [3, 1], [2, 4], [-1, 3]]) * np.sqrt(0.9))),
     "narrow": Domain.of(rings.rectangle(0, 0, 4, 0.5)),
     "holes": Domain.of(rings.circle((0, 0), 1.6), [rings.circle((0.3, 0), 0.6), rings.rectangle(-1, -0.5, -0.6, 0.5)]),
-    "lines": Domain.of(SQUARE, parts=Parts(lines=(WALL,))),
+    "lines": Domain.of(SQUARE, parts=InnerParts(lines=(WALL,))),
 }
 
 

@@ -15,7 +15,7 @@ from bubblemesh.case import load_case
 from bubblemesh.case.data_terms import DataTerms
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.arrangement.regions import Parts, Region
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area
 from bubblemesh.problem.data_terms import FUNCTIONS
@@ -245,7 +245,7 @@ class TestFromPython:
             bubblemesh.mesh(shapely.box(0, 0, 1, 1), {"field": {"file": "none.vtu"}})
 
     def test_regions_of_a_domain_do_not_matter(self):
-        parts = Parts((Region(Area(rings.rectangle(0, 0, 1, 1)), "west", "rim"),), "east")
+        parts = InnerParts((Region(Area(rings.rectangle(0, 0, 1, 1)), "west", "rim"),), "east")
         domain = Domain.of(rings.rectangle(0, 0, 2, 1), [], parts)
         assert set(bubblemesh.mesh(domain, {"value": 0.2, "growth": 0.2}).regions) == {"west", "east"}
 

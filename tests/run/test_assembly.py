@@ -3,7 +3,7 @@
 import numpy as np
 
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import InnerPoint
 from bubblemesh.packing.net import connect_inside
@@ -28,7 +28,7 @@ def test_labelled_points_are_nodes_however_many_there_are():
         InnerPoint((0.1 + 0.8 * (k % 20) / 20, 0.1 + 0.8 * (k // 20) / 15), name) for k, name in enumerate(names)
     )
     domain, spacing = (
-        Domain.of(rings.rectangle(0, 0, 1, 1), parts=Parts(points=points)),
+        Domain.of(rings.rectangle(0, 0, 1, 1), parts=InnerParts(points=points)),
         Spacing(Expression.parse("0.05")),
     )
     net = connect_inside(ErrorDiffusion()(domain, spacing, 10_000), domain, spacing)

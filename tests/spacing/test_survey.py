@@ -3,7 +3,7 @@ import pytest
 from scipy.integrate import quad
 
 from bubblemesh.errors import CaseError, LimitError
-from bubblemesh.geometry.arrangement.regions import Parts, Region
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area
 from bubblemesh.geometry.rings import LineTo, circle, open_path, rectangle
@@ -89,7 +89,7 @@ def test_each_hole_takes_one_node_off():
 def test_inner_lines_take_no_nodes_of_their_own():
     crack = open_path((-0.5, 0), [LineTo((0.5, 0))], "crack")
     region = Region(Area(rectangle(-1, -1, 0, 1)), "west", label="rim")
-    domain = Domain.of(rectangle(-1, -1, 1, 1), parts=Parts(regions=(region,), lines=(crack,)))
+    domain = Domain.of(rectangle(-1, -1, 1, 1), parts=InnerParts(regions=(region,), lines=(crack,)))
     assert domain.boundary.inner.any()
     found = surveyed(domain, uniform(0.1), ENOUGH).ideal_nodes
     assert found == pytest.approx(ideal(4 / 0.1**2, 8 / 0.1), rel=1e-9)

@@ -9,7 +9,7 @@ import shapely
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import TOUCHING
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
 from bubblemesh.messages import counted, place
@@ -18,8 +18,8 @@ MOST_NAMED = 5
 
 
 def without_outside(
-    parts: Parts, polygon: shapely.Polygon | shapely.MultiPolygon, signed_distance: Callable[[Floats], Floats]
-) -> Parts:
+    parts: InnerParts, polygon: shapely.Polygon | shapely.MultiPolygon, signed_distance: Callable[[Floats], Floats]
+) -> InnerParts:
     """The parts without the optional lines and points outside of a domain, which are told among the notes.
 
     ``signed_distance`` is that of points (m, 2) from its boundary, positive inside. GeometryError if other points are

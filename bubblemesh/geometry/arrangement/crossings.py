@@ -8,7 +8,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers, select
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import turning
 from bubblemesh.messages import place
@@ -96,7 +96,7 @@ def crossings(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
     return Cuts(np.concatenate([p[met], q[met]]), np.concatenate([a[met], b[met]]), np.tile(points[met], (2, 1)))
 
 
-def touches(boundary: Boundary, pairs: NearChords, size: float, parts: Parts) -> Cuts:
+def touches(boundary: Boundary, pairs: NearChords, size: float, parts: InnerParts) -> Cuts:
     """Cuts where the curves of chords touch with a common tangent; GeometryError where one passes the other next to it.
 
     Errors are about the first one's part.

@@ -20,12 +20,12 @@ from bubblemesh.geometry.arrangement.crossings import (
     openings,
     touches,
 )
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import two_places
 
 
-def noded(boundary: Boundary, size: float, fixed: int, parts: Parts) -> Boundary:
+def noded(boundary: Boundary, size: float, fixed: int, parts: InnerParts) -> Boundary:
     """The boundary with corners wherever an inner piece meets another piece; tolerances are parts of the domain's size.
 
     The first ``fixed`` corners, those of the rings, stay apart, however near they are. GeometryError, about what of the
@@ -40,7 +40,7 @@ def noded(boundary: Boundary, size: float, fixed: int, parts: Parts) -> Boundary
     return boundary
 
 
-def _meetings(boundary: Boundary, size: float, parts: Parts) -> Cuts:
+def _meetings(boundary: Boundary, size: float, parts: InnerParts) -> Cuts:
     """Cuts where inner pieces cross or touch others, each other or themselves, but for their ends."""
     pairs = near_chords(boundary, chord_boxes(boundary, size))
     same = coincident(boundary, pairs, size)
@@ -49,7 +49,7 @@ def _meetings(boundary: Boundary, size: float, parts: Parts) -> Cuts:
     return concatenated(cuts)
 
 
-def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int, parts: Parts) -> Cuts:
+def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int, parts: InnerParts) -> Cuts:
     """Cuts where corners are on pieces between their ends, one of the two being inner; GeometryError if one is near."""
     corner, chord = chords.boxes.query(shapely.points(boundary.corners), predicate="intersects")
     piece = chords.piece[chord]
@@ -109,7 +109,7 @@ def _clustered(points: Floats, tolerance: float, fixed: int) -> tuple[Floats, In
     return points[first], (np.cumsum(first) - 1)[known]
 
 
-def _require_apart(corners: Floats, size: float, fixed: int, parts: Parts) -> None:
+def _require_apart(corners: Floats, size: float, fixed: int, parts: InnerParts) -> None:
     """Check that no corner is next to another one, but for those of the rings."""
     spots = shapely.points(corners)
     i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=NEARLY * size)
@@ -124,6 +124,6 @@ def _require_apart(corners: Floats, size: float, fixed: int, parts: Parts) -> No
             )
 
 
-def _key_at(parts: Parts, corner: Floats) -> Key:
+def _key_at(parts: InnerParts, corner: Floats) -> Key:
     """Key of the case that gives a corner (2,); an empty one for a corner that only a cut has made."""
     return parts.keys_at.get((float(corner[0]), float(corner[1])), Key())

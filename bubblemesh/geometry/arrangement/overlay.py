@@ -18,7 +18,7 @@ from bubblemesh.errors import about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.partition import probes, without_doubles
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Arc, Area, Curve, Line, OpenPath, Point, Ring, Section, Side, outlines
@@ -61,7 +61,7 @@ def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
     paths = tuple(OpenPath.around(ring, "") for ring in rings)
     before = Boundary.empty().with_inner(paths)
     size = size_of(np.vstack(copies))
-    split = noded(before, size, 0, Parts(lines=paths))
+    split = noded(before, size, 0, InnerParts(lines=paths))
     shapes = _shapes(areas, split)
     split = without_doubles(split, TOUCHING * size)
     left, right = (RULES[rule](_inside(points, shapes, owner, len(operands))) for points in probes(split))

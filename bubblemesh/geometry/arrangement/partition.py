@@ -10,7 +10,7 @@ from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
-from bubblemesh.geometry.arrangement.regions import Parts, Region, areas_of, region_at, require_apart, slack_of
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region, areas_of, region_at, require_apart, slack_of
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
@@ -22,7 +22,7 @@ COARSEST = 1e-6  # of the domain's size: rounding that regions and lines bear
 NOTHING = 1e-6  # part of a region's area that is none: what a curve's chords are off
 
 
-def partitioned(boundary: Boundary, parts: Parts, polygon: shapely.Polygon) -> Boundary:
+def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon) -> Boundary:
     """The boundary of rings with inner pieces, noded, and with the regions on either side of all pieces.
 
     Rings of regions and embedded lines end at the boundary of the domain, the polygon; what of them follows it, or
@@ -61,7 +61,7 @@ def _size(polygon: shapely.Polygon) -> float:
     return max(size, rounding / TOUCHING)
 
 
-def _require_inside(parts: Parts, outlines: Sequence[shapely.Polygon], polygon: shapely.Polygon) -> None:
+def _require_inside(parts: InnerParts, outlines: Sequence[shapely.Polygon], polygon: shapely.Polygon) -> None:
     for region, outline in zip(parts.regions, outlines, strict=True):
         if not polygon.intersects(outline) or polygon.intersection(outline).area <= NOTHING * outline.area:
             where = first_place(outline)

@@ -73,7 +73,7 @@ class Region(Uncached):
 
 
 @record
-class Parts:
+class InnerParts:
     """Regions, embedded lines and points, and periodic sides: all of a domain but its rings.
 
     Regions are numbered from 1; region 0 is the rest of the domain. Where regions are nested the innermost counts.
@@ -131,7 +131,7 @@ class Parts:
         return np.array([0, *(number[region.name] for region in self.regions)])
 
 
-def areas_of(boundary: Boundary, parts: Parts) -> list[shapely.Polygon]:
+def areas_of(boundary: Boundary, parts: InnerParts) -> list[shapely.Polygon]:
     """The regions as polygons of the chords of the noded pieces, so that common sides are the same in each."""
     chords = boundary.chords()
     path = -1 - boundary.ring[chords.piece]
@@ -144,7 +144,7 @@ def areas_of(boundary: Boundary, parts: Parts) -> list[shapely.Polygon]:
     return areas
 
 
-def slack_of(boundary: Boundary, parts: Parts, size: float) -> Floats:
+def slack_of(boundary: Boundary, parts: InnerParts, size: float) -> Floats:
     """Area (r,) that the polygon of each region may be off along its rim."""
     piece, _, step = boundary.stations()
     off = NEARLY * size * step + np.where(boundary.curved[piece], BELLY * step**2, 0)

@@ -11,7 +11,7 @@ from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.overlay import areas_beside, size_of
 from bubblemesh.geometry.arrangement.partition import probes, without_doubles
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, OpenPath, Ring, outlines
 
@@ -33,7 +33,7 @@ def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
     paths = tuple(OpenPath.around(ring, "") for ring in rings)
     before = Boundary.empty().with_inner(paths)
     size = size_of(np.vstack(outlines(rings)))
-    split = noded(before, size, 0, Parts(lines=paths))
+    split = noded(before, size, 0, InnerParts(lines=paths))
     chords = split.chords()
     lines = np.stack([chords.start, chords.end], axis=1)
     split = without_doubles(split, TOUCHING * size)

@@ -5,7 +5,7 @@ import pytest
 from metrics import tensor_metric, uniform_metric
 
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.arrangement.regions import Parts
+from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
@@ -21,7 +21,7 @@ METHOD = METHODS["ellipses"]
 CORNERS = rings.polygon([[0, 0], [1, 0], [1, 1], [0, 1]])
 LINE = rings.open_path((0.2, 0.5), [rings.LineTo((0.8, 0.55))], "line")
 SQUARE = Domain.of(CORNERS)
-SLIT = Domain.of(CORNERS, parts=Parts(lines=(LINE,)))
+SLIT = Domain.of(CORNERS, parts=InnerParts(lines=(LINE,)))
 
 
 def waves():
