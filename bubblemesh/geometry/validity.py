@@ -7,13 +7,12 @@ import numpy as np
 import shapely
 from shapely.validation import explain_validity
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import SMALLEST_EXTENT, Floats
 from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.messages import place
 from bubblemesh.records import record
 
-SMALLEST = 1e-70  # extent whose fourth power is still a number
 SMALLEST_STEPS = 1e4  # between numbers of that size that a ring has to extend over
 FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
 
@@ -80,9 +79,9 @@ def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
             f"{name} at {place(outline[0])} is as small as the rounding of its coordinates: move it nearer to the "
             "origin, or make it larger"
         )
-    if extent <= SMALLEST:
+    if extent <= SMALLEST_EXTENT:
         raise GeometryError(
-            f"{name} at {place(outline[0])} is smaller than {SMALLEST:g}: choose another unit of length"
+            f"{name} at {place(outline[0])} is smaller than {SMALLEST_EXTENT:g}: choose another unit of length"
         )
     polygon = shapely.Polygon(outline)
     if polygon.convex_hull.area <= FLAT * extent**2:

@@ -9,6 +9,7 @@ from bubblemesh.arrays import Floats, Integers, components, each_once, is_whole,
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.division import divided
 from bubblemesh.meshes.edges import neighbour_pairs
+from bubblemesh.messages import counted
 from bubblemesh.records import record
 
 NO_PAIRS = np.zeros((0, 2), np.int64)
@@ -67,8 +68,8 @@ class Partition:
         cell = (np.cumsum(kept) - 1)[first]
         cells = int(kept.sum())
         if not 1 <= count <= cells:
-            what = "triangles and quadrilaterals" if len(quads) else "triangles"
-            raise CaseError(f"a mesh of {cells} {what} has from 1 to {cells} parts, not {count}")
+            what = counted(cells, "cell" if len(quads) else "triangle")
+            raise CaseError(f"a mesh of {what} has from 1 to {cells:,} parts, not {count:,}")
         corners = triangles[:, :3]
         centroids = points[corners].mean(axis=1)
         pairs = cell[neighbour_pairs(corners)]

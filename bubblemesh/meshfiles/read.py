@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
+from bubblemesh.arrays import LARGEST_NUMBER, SMALLEST_EXTENT, Floats, Integers
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import is_confined, local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
@@ -88,6 +88,8 @@ def read_triangles(
     if bad.any():
         what = f"no number, or above {LARGEST_NUMBER:g}"
         raise FileError(f"{path}: node {nodes[bad][0]} has a coordinate that is {what}")
+    if 0 < np.ptp(points, axis=0).max() <= SMALLEST_EXTENT:
+        raise FileError(f"{path}: is smaller than {SMALLEST_EXTENT:g}: choose another unit of length")
     if np.ptp(points[:, 2:], axis=0).max(initial=0) > PLANE * np.ptp(points, axis=0).max():
         raise FileError(f"{path}: is a surface in space: only meshes in the xy plane are read")
     left_out = tuple(sorted({block.type for block in others}))

@@ -8,7 +8,7 @@ from paths import ROOT
 
 PACKAGE = ROOT / "bubblemesh"
 PAGE = ROOT / "docs" / "messages.md"
-ROOMS = ("readers", "geometry", "layers")
+ROOMS = ("readers", "geometry", "layers", "files")
 PROBLEM = ("domain", "drawing", "embedded", "layers", "possible", "prepare", "regions", "repair", "shapes")
 ERRORS = ("CaseError", "FileError", "GeometryError", "LimitError")
 WORD = re.compile(r"[a-z]{3}")
@@ -19,7 +19,6 @@ def modules():
     """Modules in which files are read, geometry is checked and layers are made."""
     yield from sorted(chain.from_iterable((PACKAGE / room).rglob("*.py") for room in ROOMS))
     yield from (path for name in PROBLEM if (path := PACKAGE / "problem" / f"{name}.py").exists())
-    yield PACKAGE / "files.py"
 
 
 def text_of(node):

@@ -322,5 +322,5 @@ def test_each_cell_may_be_a_part_but_no_half_one(monkeypatch):
     for _ in range(2):
         assert len(np.unique(mesh.partitioned(cells).partition.owner)) == cells
         monkeypatch.setattr(division, "find_spec", lambda name: None)
-    with pytest.raises(CaseError, match=f"{cells} triangles and quadrilaterals has from 1 to {cells} parts"):
+    with pytest.raises(CaseError, match=f"a mesh of {cells} cells has from 1 to {cells} parts"):
         mesh.partitioned(cells + 1)

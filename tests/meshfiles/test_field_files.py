@@ -128,6 +128,7 @@ class TestReadField:
             ([*SQUARE[:4]], [("tetra", [[0, 1, 2, 3]])], "holds cells of the kind tetra"),
             ([[0, 0], [1, 0], [0, np.nan]], [("triangle", [[0, 1, 2]])], "node 2 has a coordinate that is no number"),
             ([[0, 0], [1, 0], [0, 1]], [("triangle", [[0, 1, 5]])], "a triangle has a node that is not there"),
+            (1e-80 * np.array(SQUARE[:3]), [("triangle", [[0, 1, 2]])], "is smaller than 1e-70: choose another unit"),
         ],
     )
     def test_meshes_without_plane_triangles(self, points, cells, message, tmp_path):
