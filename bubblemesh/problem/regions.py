@@ -1,7 +1,6 @@
 """Spacings of regions, and limits of the spacing and of areas within them."""
 
 from collections.abc import Iterator, Mapping
-from types import MappingProxyType
 
 import numpy as np
 
@@ -35,9 +34,7 @@ def region_limits(regions: Mapping[str, Value], domain: Domain, rasters: Rasters
     return _limits_within(limits, domain, rasters)
 
 
-def _limits_within(
-    largest: Mapping[str, tuple[Value, Key]], domain: Domain, rasters: Rasters = MappingProxyType({})
-) -> Iterator[Spacing]:
+def _limits_within(largest: Mapping[str, tuple[Value, Key]], domain: Domain, rasters: Rasters) -> Iterator[Spacing]:
     """The largest spacings within regions, by name with their keys, as one spacing, if there are any."""
     regions, rest = domain.parts.regions, domain.parts.rest
     known = list(dict.fromkeys([*(region.name for region in regions), rest]))
@@ -70,9 +67,9 @@ def largest_areas(case: Case, domain: Domain) -> dict[str, float]:
 
 def area_limits(domain: Domain, largest: float | None, within: Mapping[str, float]) -> list[Spacing]:
     """Spacings at which hardly a triangle is larger than ``largest``, or within regions larger than there, by name."""
-    limits = [] if largest is None else [bound_value(_side(largest), domain, "largest")]
+    limits = [] if largest is None else [bound_value(_side(largest), domain, "largest", rasters={})]
     areas = {name: (_side(area), Key(["domain", "regions", name, "largest"])) for name, area in within.items()}
-    return [*limits, *_limits_within(areas, domain)]
+    return [*limits, *_limits_within(areas, domain, {})]
 
 
 def _side(area: float) -> float:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from functools import partial
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from bubblemesh.case.metric import AnyMetric
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from bubblemesh.problem.data_terms import Variables
 
 
-def bound_value(value: Value, domain: Domain, *path: str | int, rasters: Rasters = MappingProxyType({})) -> Spacing:
+def bound_value(value: Value, domain: Domain, *path: str | int, rasters: Rasters) -> Spacing:
     """The value of a key: a number, or an expression that may measure distances in the domain, and name rasters."""
     with at_key(*path):
         bound = value if isinstance(value, Expression) else Expression.parse(str(value))
