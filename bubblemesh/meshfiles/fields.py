@@ -9,11 +9,11 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.meshfiles.coincident import joined
-from bubblemesh.meshfiles.read import REAL, TRIANGLES, MeshFile, digits, read_triangles
+from bubblemesh.meshfiles.read import CORNERS, LINEAR, REAL, MeshFile, digits, read_triangles
 
 MMG = (".mesh", ".meshb")  # endings of files with data beside them
 NO_SOL = ": it has to be in a .sol file of the same name beside it"
-HIGHER_ORDER = "has triangles of higher order: the estimate is that of linear ones with the values at the corners"
+HIGHER_ORDER = "has cells of higher order: the estimate is that of linear triangles with the values at the corners"
 # Parts that cover faces of any kind: all data at nodes counts.
 PARTS = {
     "triangle": [[0, 1, 2]],
@@ -79,17 +79,21 @@ class NodalField(NamedTuple):
 def read_nodal_field(path: Path, name: str | None, chosen_by: str = "--field") -> NodalField:
     """Read the data ``name`` at the nodes of a mesh file of triangles, or the only data that is there.
 
-    Nodes that the file has once for each cell are one where their values agree; of triangles of higher order the
-    corners count. Users give a name by ``chosen_by``. FileError as of `linear_triangles`; CaseError if the name is
-    needed, unknown, or one of data that is not given by real numbers at the nodes, or that is not continuous.
+    Nodes that the file has once for each cell are one where their values agree; quadrilaterals count as two triangles,
+    cells of higher order with their corners. Users give a name by ``chosen_by``. FileError as of `linear_triangles`;
+    CaseError if the name is needed, unknown, or one of data that is not given by real numbers at the nodes, or that is
+    not continuous.
     """
     return nodal_field(linear_triangles(path), name, chosen_by)
 
 
 def linear_triangles(path: Path) -> MeshFile:
-    """Read the triangles of a file by their corners; FileError as of `read_triangles`, and for faces of other kinds."""
-    refusal = "the estimate is for linear triangles: write the mesh and the solution with these alone"
-    return read_triangles(path, TRIANGLES, refusal, as_they_are=True)
+    """Read the triangles of a file, and the halves of its quadrilaterals, by their corners.
+
+    FileError as of `read_triangles`, and for cells of other kinds.
+    """
+    refusal = "the estimate is for triangles and quadrilaterals: write the mesh and the solution with these alone"
+    return read_triangles(path, CORNERS, refusal, as_they_are=True)
 
 
 def nodal_field(file: MeshFile, name: str | None, chosen_by: str) -> NodalField:
@@ -112,7 +116,7 @@ def nodal_field(file: MeshFile, name: str | None, chosen_by: str) -> NodalField:
     values = values.reshape(len(values), -1)[file.nodes]
     with prefixed(path):
         points, triangles, values = joined(file.points, file.triangles, values, name, digits(file.source))
-    higher = any(file.source.cells[k].type != "triangle" for k in file.faces)
+    higher = any(file.source.cells[k].type not in LINEAR for k in file.faces)
     notes = (*file.source.notes, *((HIGHER_ORDER,) if higher else ()))
     return NodalField(name, points, triangles, values, notes)
 

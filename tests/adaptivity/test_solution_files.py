@@ -6,7 +6,8 @@ import pytest
 
 from bubblemesh.adaptivity.solution import Solution
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshfiles.fields import read_nodal_field
+from bubblemesh.meshes.quality import signed_areas
+from bubblemesh.meshfiles.fields import HIGHER_ORDER, read_nodal_field
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 0]])
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -48,9 +49,23 @@ def test_names_that_are_not_there_tell_the_known_ones(tmp_path, name, message):
     assert str(caught.value) == f"{path}: {message}"
 
 
-def test_other_faces_are_refused(tmp_path):
-    path = written(tmp_path / "a.vtu", cells=[("quad", [[0, 1, 2, 3]])])
-    with pytest.raises(FileError, match="holds cells of the kind quad: the estimate is for linear triangles"):
+@pytest.mark.parametrize("kind", ["quad", "quad9"])
+def test_quadrilaterals_count_as_two_triangles(tmp_path, kind):
+    corners, x = [1, 2, 3, 0], POINTS[:4]
+    points = np.concatenate([x, [(x[k] + x[(k + 1) % 4]) / 2 for k in corners], [x.mean(axis=0)]])
+    nodes = corners + [4, 5, 6, 7, 8] * (kind == "quad9")
+    u = {"u": 2 * points[:, 0] - points[:, 1]}
+    found = read_nodal_field(written(tmp_path / "a.vtu", [(kind, [nodes])], points, u), None)
+    np.testing.assert_array_equal(found.points[:, 0] * 2 - found.points[:, 1], found.values[:, 0])
+    assert len(found.points) == 4
+    solution = Solution.of(found.points, found.triangles, found.values)
+    assert signed_areas(solution.points, solution.triangles).tolist() == [0.5, 0.5]
+    assert found.notes == (HIGHER_ORDER,) * (kind == "quad9")
+
+
+def test_other_cells_are_refused(tmp_path):
+    path = written(tmp_path / "a.vtu", cells=[("tetra", [[0, 1, 2, 4]])])
+    with pytest.raises(FileError, match="kind tetra: the estimate is for triangles and quadrilaterals"):
         read_nodal_field(path, "u")
     path = written(tmp_path / "b.vtu", cells=[("line", [[0, 1]])])
     with pytest.raises(FileError, match="holds no triangles"):

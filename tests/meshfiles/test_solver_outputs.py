@@ -81,7 +81,7 @@ def test_of_six_nodes_the_corners_count_and_that_is_told(kind, tmp_path):
     found = read_nodal_field(vtu(tmp_path / "a.vtu", points, curved.triangles, {"u": u}, kind=kind), None)
     assert_same(found, "u")
     assert found.notes == (
-        "has triangles of higher order: the estimate is that of linear ones with the values at the corners",
+        "has cells of higher order: the estimate is that of linear triangles with the values at the corners",
     )
 
 
