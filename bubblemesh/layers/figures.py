@@ -8,12 +8,15 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, median
 from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.heights import ROUNDING, gradual
 from bubblemesh.layers.lacks import Lack, lacks, low_columns, lowest
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder
 from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.room import room
+from bubblemesh.layers.standing import columns_on
 from bubblemesh.layers.strips import Strips
+from bubblemesh.layers.walls import Walls
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.packing.net import Net
 from bubblemesh.records import record
@@ -73,8 +76,8 @@ class LabelLayers:
     advised : int or None
         Number of layers with which heights would pass across the front, where they do not; none if a case may not ask
         for so many.
-    roomy : bool
-        Whether there is room for these on most columns.
+    fitting : int or None
+        Number of layers, up to the ``advised`` one, for which there is room on most columns.
     """
 
     label: str
@@ -97,7 +100,7 @@ class LabelLayers:
     across_front: float | None
     farthest: Mapping[str, Any] | None
     advised: int | None
-    roomy: bool
+    fitting: int | None
 
     @property
     def lacking(self) -> list[str]:
@@ -122,10 +125,14 @@ class LabelLayers:
             return f"{told}, since columns end before they have all layers: {ENDED}"
         if self.by_thickness:  # more of them would be thinner ones
             return f"{told}: first with until: isotropic, in place of thickness, lets sizes pass without a jump"
-        if not self.roomy:
+        if self.advised is None or self.fitting is None:
+            return f"{told}: until: isotropic lets sizes pass without a jump"
+        if self.fitting <= self.count["wanted"]:
             return f"{told}, and there is no room for more of them: a finer spacing lets sizes pass"
-        count = "" if self.advised is None else f", or count: {self.advised}"
-        return f"{told}: until: isotropic{count} lets sizes pass without a jump"
+        if self.fitting < self.advised:
+            more = f"until: isotropic, or count: {self.fitting}, for which most columns have room"
+            return f"{told}: {more}, lessens that; a finer spacing lets sizes pass"
+        return f"{told}: until: isotropic, or count: {self.advised} lets sizes pass without a jump"
 
 
 def figures(strips: Strips, beyond: Floats | None = None) -> tuple[LabelLayers, ...]:
@@ -135,15 +142,15 @@ def figures(strips: Strips, beyond: Floats | None = None) -> tuple[LabelLayers, 
         _on(strips, label, k, mine, across)
         for k, ladder in enumerate(strips.columns.ladders)
         for label in ladder.labels
-        if (mine := _pairs_of(strips, label, k)).any()
+        if (mine := _pairs_of(strips.columns, strips.walls, label, k)).any()
     )
 
 
-def _pairs_of(strips: Strips, label: str, ladder: int) -> Booleans:
+def _pairs_of(columns: Columns, walls: Walls, label: str, ladder: int) -> Booleans:
     """Mask (p,) of the pairs of columns on the walls with a label and these layers."""
-    walls, boundary = strips.walls, strips.walls.domain.boundary
+    boundary = walls.domain.boundary
     here = boundary.label[walls.piece] == boundary.labels.index(label)
-    return (here & (walls.ladder == ladder))[strips.columns.side]
+    return (here & (walls.ladder == ladder))[columns.side]
 
 
 def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats) -> LabelLayers:
@@ -184,7 +191,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         across_front=jump,
         farthest=_farthest(strips, beyond, across[beyond]),
         advised=advised,
-        roomy=advised is None or _is_roomy(strips, number, advised, which),
+        fitting=None if advised is None else _fitting(strips, label, number, advised),
     )
 
 
@@ -204,13 +211,19 @@ def _advised(ladder: Ladder, wanted: int, jump: float | None) -> int | None:
     return count if count <= MOST_LAYERS else None
 
 
-def _is_roomy(strips: Strips, number: int, count: int, which: Integers) -> bool:
-    """Whether so many layers of a ladder with a number would have room on most of the columns (k,)."""
-    ladders = list(strips.columns.ladders)
-    ladders[number] = replace(ladders[number], count=count)
-    columns = replace(strips.columns, ladders=tuple(ladders))
-    height = room(columns, strips.walls, Obstacles.of(strips.walls), np.zeros(len(columns), np.int64))
-    return bool((height >= columns.thickness)[which].mean() >= MOSTLY)
+def _fitting(strips: Strips, label: str, number: int, most: int) -> int:
+    """Number of layers, at ``most`` so many, that most columns on a label have room for: of a ladder with a number.
+
+    These are the columns of the most layers, which turn where they would meet in corners.
+    """
+    walls, ladders = strips.walls, list(strips.columns.ladders)
+    ladders[number] = replace(ladders[number], count=most)
+    columns = columns_on(walls, ladders)
+    height = room(columns, walls, Obstacles.of(walls), np.zeros(len(columns), np.int64))
+    fitting = np.searchsorted(ladders[number].tops, height * (1 + ROUNDING), side="right") - 1
+    count = gradual(columns, np.where(height >= columns.thickness, most, fitting))
+    which = each_once(columns.pair[_pairs_of(columns, walls, label, number)].ravel())
+    return int(np.quantile(count[which], 1 - MOSTLY, method="lower"))
 
 
 def _lengths_beside(columns: Columns, mine: Booleans) -> Floats:

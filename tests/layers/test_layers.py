@@ -563,13 +563,26 @@ def test_equal_corners_have_equally_many_layers_whatever_the_first_height(first,
     assert strips.heights.count[corners].tolist() == [layers] * 4
 
 
-@pytest.mark.parametrize(("width", "advised"), [(0.07, False), (2, True)])
-def test_a_count_is_advised_where_walls_across_leave_room_for_it(width, advised):
+@pytest.mark.parametrize(
+    ("width", "advice"),
+    [
+        (0.06, ", and there is no room for more of them: a finer spacing lets sizes pass"),
+        (0.07, ": until: isotropic, or count: 9, for which most columns have room, lessens that; a finer spacing lets"),
+        (2, ": until: isotropic, or count: 22 lets sizes pass without a jump"),
+    ],
+)
+def test_of_the_layers_that_let_sizes_pass_as_many_are_advised_as_walls_across_leave_room_for(width, advice):
     domain = {"outer": {"rectangle": [0, 0, 1, width], "labels": ["wall", "out", "wall", "in"]}}
     result = run(domain, {"on": "wall", "first": 0.001, "count": 8}, spacing=0.05)
     (text,) = (text for text in result.report["warnings"] if "times as high" in text)
-    assert ("count: " in text) == advised
-    assert ("there is no room for more of them: a finer spacing lets sizes pass" in text) != advised
+    assert advice in text
+
+
+def test_columns_of_more_layers_have_the_room_that_they_turn_to_in_corners():
+    domain, keys = {"outer": {"rectangle": [0, 0, 2, 1], "label": "wall"}}, {"on": "wall", "first": 0.002}
+    row = row_of(run(domain, {**keys, "count": 5}, spacing=0.05), "wall")
+    assert (row["advised"], row["fitting"]) == (18, 18)
+    assert row_of(run(domain, {**keys, "count": 18}, spacing=0.05), "wall")["complete"] > 0.5
 
 
 def test_a_first_layer_as_high_as_the_spacing_is_there_all_along():
