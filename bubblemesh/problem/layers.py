@@ -78,8 +78,8 @@ def with_layers(
     ground: Ground | None,
     ladders: Sequence[Ladder],
     max_nodes: int,
-) -> tuple[Rest, Spacing]:
-    """The rest of the domain beside its layers, and the spacing there, which is finer along their edges.
+) -> tuple[Rest, Spacing, Floats]:
+    """The rest of the domain beside its layers, the spacing there, and the short edges (k, 2, 2) that make it finer.
 
     They are no higher than the ``wanted`` spacing, than which that for the ``packing`` may be finer: in a metric both
     depend on the direction, and the spacing ``before`` that is limited does not. If it was limited already without
@@ -90,7 +90,8 @@ def with_layers(
     """
     rest = layered(domain, wanted, packing, ladders, max_nodes)
     sources = short_pieces(rest.domain, packing)
-    return rest, limited_for_packing_across_sides(domain, before, sources, ground=ground).spacing
+    limited = limited_for_packing_across_sides(domain, before, sources, ground=ground)
+    return rest, limited.spacing, sources.points.reshape(-1, 2, 2)
 
 
 def _ladder(keys: LayerKeys, key: Key, domain: Domain) -> Ladder:

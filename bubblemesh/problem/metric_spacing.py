@@ -17,9 +17,10 @@ from bubblemesh.problem.ellipses import Scaled
 from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.records import record
 from bubblemesh.spacing.cover import Cover
+from bubblemesh.spacing.metric.beside import BesideEdges
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
-from bubblemesh.spacing.metric.metric import MetricSpacing
+from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
 
@@ -37,12 +38,17 @@ class InMetric(NamedTuple):
     survey: Survey
     warnings: tuple[str, ...]
 
-    def packing(self, domain: Domain, spacing: Spacing, max_nodes: int) -> MetricSpacing:
+    def packing(
+        self, domain: Domain, spacing: Spacing, max_nodes: int, short: tuple[Spacing, Floats] | None = None
+    ) -> MetricSpacing:
         """The spacing in the metrics for a packing of a domain, below one that is as fine as its boundary needs.
 
-        Where straight edges cannot follow it ellipses are shorter, and none is longer than the domain.
+        Beside ``short`` edges, which have a limit and their ends (k, 2, 2), it is finer. Where straight edges cannot
+        follow it ellipses are shorter, and none is longer than the domain.
         """
-        fitted = MetricSpacing.of(Intersection(self.metrics, spacing, domain.size), self.asked.aspect)
+        ellipses: Ellipses = Intersection(self.metrics, spacing, domain.size)
+        ellipses = ellipses if short is None else BesideEdges(ellipses, *short)
+        fitted = MetricSpacing.of(ellipses, self.asked.aspect)
         bent = _graded(domain, fitted, self.metrics, max_nodes)
         return _with_fewer_nodes(bent.straightened(), bent, domain, max_nodes)
 

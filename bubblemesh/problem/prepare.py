@@ -25,7 +25,7 @@ from bubblemesh.problem.spacing import SpacingRequest, case_spacing
 from bubblemesh.problem.task import task_of
 from bubblemesh.problem.warnings import Detail
 from bubblemesh.process.limits import enter, timed
-from bubblemesh.spacing.rules.grading import Ground
+from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
 
@@ -144,7 +144,7 @@ def check_spacing(
         seconds=seconds,
     )
     problem = problem if metric is None else _in_metric(problem, metric)
-    problem = _beside_layers(problem, fitted.filled.spacing.ground, metric) if task.ladders else problem
+    problem = _beside_layers(problem, fitted.filled.spacing, metric) if task.ladders else problem
     return replace(problem, warnings=(*problem.warnings, *warnings.small_parts(task.parts, problem.packed_nodes)))
 
 
@@ -213,8 +213,8 @@ def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
     )
 
 
-def _beside_layers(problem: Problem, ground: Ground | None, metric: "InMetric | None") -> Problem:
-    """The problem of what boundary layers leave; its spacing was limited on a ``ground``, if it was."""
+def _beside_layers(problem: Problem, fitted: LimitedSpacing, metric: "InMetric | None") -> Problem:
+    """The problem of what boundary layers leave; without them its spacing is ``fitted`` to the boundary."""
     # Imported here since few meshes have layers.
     from bubblemesh.layers.figures import figures
     from bubblemesh.problem.layers import with_layers
@@ -223,8 +223,9 @@ def _beside_layers(problem: Problem, ground: Ground | None, metric: "InMetric | 
     task, domain = problem.task, problem.domain
     with timed(problem.seconds, "layers"):
         spacings = problem.spacing, problem.packing_spacing, problem.after_periodic
-        rest, limited = with_layers(domain, *spacings, ground, task.ladders, task.max_nodes)
-        packing = limited if metric is None else metric.packing(rest.domain, limited, task.max_nodes)
+        rest, packing, short = with_layers(domain, *spacings, fitted.ground, task.ladders, task.max_nodes)
+        if metric is not None:
+            packing = metric.packing(rest.domain, fitted.spacing, task.max_nodes, (packing, short))
         expected = rest.own_nodes + ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE)
         told = (*problem.warnings, *warnings.low_layers(figures(rest.strips)))
     return replace(problem, packing_spacing=packing, expected_nodes=expected, warnings=once_each(told), rest=rest)

@@ -72,6 +72,15 @@ def test_a_front_with_shorter_edges_than_the_metric_asks_has_smaller_triangles_b
     assert result.report.quality["angle_min"] > 25  # in space: ellipses beside it are shorter along, too
 
 
+def test_a_short_front_edge_along_the_short_axis_of_ellipses_leaves_their_long_axis_in_proportion():
+    """As in a corner of two walls, whose column leans; an axis as short as the edge would make flat triangles."""
+    domain = {"outer": {"rectangle": [0, 0, 0.8, 0.4], "labels": ["wall", "wall", "top", "left"]}}
+    layers = {"on": "wall", "first": 0.002, "count": 5}
+    quality = layered({"m11": 100, "m22": 2500}, layers, domain=domain).report.quality
+    assert quality["mean"] > 0.97
+    assert quality["p01"] > 0.7
+
+
 def test_on_fronts_there_are_nodes_where_the_metric_is_finer_along_them():
     fine = {"m11": "1/min(0.2, 0.01 + 0.5*abs(y - 0.3))**2", "m22": 25}
     result = layered(fine, {**FIVE, "first": 0.02, "count": 6}, spacing=0.2)

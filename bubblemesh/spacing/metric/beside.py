@@ -1,0 +1,51 @@
+"""A metric beside edges that are shorter than it asks for: finer along them, and across as far as it has to be."""
+
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Floats
+from bubblemesh.kernels.tensors import lengths
+from bubblemesh.meshes.tensors import Axes, axes, intersections, of_axes
+from bubblemesh.records import record
+from bubblemesh.spacing.metric.metric import Ellipses
+from bubblemesh.spacing.spacing import Spacing
+
+
+@record
+class BesideEdges:
+    """Ellipses that are smaller beside short edges, by a limit of the size along these.
+
+    Across an edge they may be longer than the limit by as much as the metric is longer there than along it: an edge
+    along the short axis does not make the long one as short as itself.
+    """
+
+    ellipses: Ellipses
+    limit: Spacing
+    edges: Floats  # (k, 2, 2): their ends
+
+    def __call__(self, x: Floats, y: Floats) -> Axes:
+        """Axes of the ellipses at x (n,) and y (n,)."""
+        whole, points = self.ellipses(x, y), np.column_stack([x, y])
+        d = self.limit.extended(points)
+        smaller = np.flatnonzero(d < whole.along)
+        if len(smaller) == 0 or len(self.edges) == 0:
+            return whole
+        tensors, d = whole.tensors, d[smaller]
+        along = self._directions[self._tree.nearest(shapely.points(points[smaller]))]
+        beside = np.column_stack([-along[:, 1], along[:, 0]])
+        stretch = lengths(tensors[smaller], along) / lengths(tensors[smaller], beside)
+        limited = intersections(tensors[smaller], of_axes(d, d * np.maximum(stretch, 1.0), beside))
+        tensors[smaller] = limited
+        return axes(tensors)
+
+    @cached_property
+    def _directions(self) -> Floats:
+        """Unit vectors (k, 2) along the edges."""
+        along = self.edges[:, 1] - self.edges[:, 0]
+        return np.asarray(along / np.hypot(*along.T)[:, None])
+
+    @cached_property
+    def _tree(self) -> shapely.STRtree:
+        return shapely.STRtree(shapely.linestrings(self.edges))
