@@ -92,7 +92,8 @@ class _Builder:
     def _following(self, side: int, from_start: bool, foot: int, up: Floats, ladder: int) -> int:
         """Number of the column along a wall without layers, which the other side of that wall may have found before.
 
-        Of two kinds of layers it has those with the lower first height.
+        Of two kinds of layers it has those with the lower first height. Above walls that meet that piece at two angles
+        it goes by the lower one of both heights.
         """
         piece = int(self.walls.piece[side])
         known = self.followed.setdefault((piece, from_start), len(self.rows))
@@ -101,7 +102,8 @@ class _Builder:
         else:
             before = self.rows[known]
             lower = min(before.ladder, ladder, key=lambda number: self.ladders[number].first)
-            self.rows[known] = before._replace(up=(before.up + up) / 2, ladder=lower)
+            shorter = min(before.up, up, key=lambda way: float(np.hypot(*way)))
+            self.rows[known] = before._replace(up=shorter, ladder=lower)
         return known
 
     def join_fans(self) -> None:
@@ -164,7 +166,7 @@ class _Builder:
         rows = self.rows[one], self.rows[other]
         ways = [float(np.hypot(*row.up)) for row in rows]
         for number, row, way in zip((one, other), rows, ways, strict=True):
-            self.rows[number] = row._replace(up=row.up * (sum(ways) / (2 * way)), ladder=rows[0].ladder)
+            self.rows[number] = row._replace(up=row.up * (min(ways) / way), ladder=rows[0].ladder)
 
 
 def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:

@@ -592,6 +592,16 @@ def test_a_first_layer_as_high_as_the_spacing_is_there_all_along():
     assert row["complete"] == pytest.approx(39 / 41)
 
 
+@pytest.mark.parametrize("periodic", [False, True])
+def test_above_walls_at_two_angles_to_one_that_columns_follow_no_first_layer_is_higher_than_asked_for(periodic):
+    outline = {"polygon": [[0, 0.5], [1, 0], [2, 0], [2, 1.5], [1, 1.5], [0, 2]], "labels": ["w", "w", *"rttl"]}
+    line = {"path": [[1, 0], [1, 1]], "label": "line"}
+    domain = {"outer": outline, "periodic": [["l", "r"]]} if periodic else {"outer": outline, "lines": [line]}
+    first = row_of(run(domain, {"on": "w", **FIVE}), "w")["first"]
+    assert first["least"] == pytest.approx(2 / 5**0.5)
+    assert first["largest"] == pytest.approx(1)
+
+
 @pytest.mark.parametrize("cut", [1e-6, 1e-4, 1e-3, 4e-3])
 def test_a_chamfer_takes_no_layers_away(cut):
     """Columns of its two fans part, however near to each other they stand."""
