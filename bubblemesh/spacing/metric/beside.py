@@ -1,9 +1,9 @@
 """A metric beside edges that are shorter than it asks for: finer along them, and across as far as it has to be."""
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-import shapely
 
 from bubblemesh.arrays import Floats
 from bubblemesh.kernels.tensors import lengths
@@ -11,6 +11,9 @@ from bubblemesh.meshes.tensors import Axes, axes, intersections, of_axes
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import Ellipses
 from bubblemesh.spacing.spacing import Spacing
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 
 @record
@@ -33,7 +36,7 @@ class BesideEdges:
         if len(smaller) == 0 or len(self.edges) == 0:
             return whole
         tensors, d = whole.tensors, d[smaller]
-        along = self._directions[self._tree.nearest(shapely.points(points[smaller]))]
+        along = self._directions[self._tree.query(points[smaller])[1]]
         beside = np.column_stack([-along[:, 1], along[:, 0]])
         stretch = lengths(tensors[smaller], along) / lengths(tensors[smaller], beside)
         limited = intersections(tensors[smaller], of_axes(d, d * np.maximum(stretch, 1.0), beside))
@@ -47,5 +50,8 @@ class BesideEdges:
         return np.asarray(along / np.hypot(*along.T)[:, None])
 
     @cached_property
-    def _tree(self) -> shapely.STRtree:
-        return shapely.STRtree(shapely.linestrings(self.edges))
+    def _tree(self) -> "KDTree":
+        """Tree of the edges' middles: they are short, and near to what they make smaller."""
+        from scipy.spatial import KDTree  # takes longer to load than to mesh a small case without it
+
+        return KDTree(self.edges.mean(axis=1))
