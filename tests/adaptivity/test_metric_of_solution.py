@@ -191,7 +191,7 @@ def test_the_metric_of_a_solution_is_the_finer_one_of_both_periodic_sides(mesh):
 def test_a_case_with_a_metric_of_its_own_is_refused(mesh):
     case = bubblemesh.load_case("-", text=CASE + "metric: {angle: 0, across: 0.01}\n")
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
-    with pytest.raises(CaseError, match="metric: adapt finds"):
+    with pytest.raises(CaseError, match="metric: remove `metric` from the case"):
         bubblemesh.adapt(case, solution, nodes=300)
 
 

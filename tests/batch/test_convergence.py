@@ -51,7 +51,7 @@ def test_a_table_that_is_gone_or_none_is_left_out_and_told(content, tmp_path, mo
         (tmp_path / "a.rounds.csv").write_text(content)
     row = Row("a", "a.yaml", DONE, folder=".", files={"a.rounds.csv": "hash"})
     told = []
-    monkeypatch.setattr("bubblemesh.files.MOST_BYTES", 100)
+    monkeypatch.setattr("bubblemesh.files.opening.MOST_BYTES", 100)
     write_convergence([row], tmp_path, tmp_path / "convergence.svg", told.append)
     assert not (tmp_path / "convergence.svg").exists()
     assert told == [f"{tmp_path / 'a.rounds.csv'}: the table is damaged or gone: a is not in convergence.svg"]

@@ -234,7 +234,7 @@ def test_the_longest_jobs_are_begun_first_and_workers_start_before_there_are_any
     mesh_case(case(SHORE, 6), crew=noting)
     none, parts, strips, _ = calls
     assert none == []
-    for work in ([arguments[5] for arguments in parts], [len(arguments[0].triangles) for arguments in strips]):
+    for work in ([part.expected_nodes for (part,) in parts], [len(arguments[0].triangles) for arguments in strips]):
         assert len(set(work)) > 1
         assert work == sorted(work, reverse=True)
 
