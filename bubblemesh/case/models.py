@@ -39,7 +39,7 @@ from bubblemesh.case.fields import (
 )
 from bubblemesh.case.layers import LayerKeys
 from bubblemesh.case.metric import AnyMetric
-from bubblemesh.case.spacing import SpacingTerms, WantedSpacing, as_terms
+from bubblemesh.case.spacing import AnySpacing, SpacingTerms, as_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver, formats_for
 from bubblemesh.process.limits import unlimited_memory, within
@@ -187,7 +187,7 @@ class Case(Strict):
         description="Coordinate reference systems, for places on the earth: lengths are in metres, and may have units.",
     )
     domain: DomainKeys = Field(description="The domain to mesh.")
-    spacing: WantedSpacing = Field(
+    spacing: AnySpacing = Field(
         description="Wanted edge length: a number, an expression in x, y and the parameters, or several terms."
     )
     metric: OneOrMore[AnyMetric] | None = Field(

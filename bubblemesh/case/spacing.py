@@ -154,7 +154,7 @@ class SpacingTerms(DataTerms, PlaceTerms):
         return self
 
 
-WantedSpacing = Annotated[
+AnySpacing = Annotated[
     Annotated[Positive, Tag("<number>")]
     | Annotated[ExpressionText, Tag("<text>")]
     | Annotated[SpacingTerms, Tag("<terms>")],

@@ -15,19 +15,19 @@ from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.spacing.spacing import Spacing
 
 
-def layered(domain: Domain, wanted: Spacing, spacing: Spacing, ladders: Sequence[Ladder], max_nodes: int) -> Rest:
-    """Layers on the walls of a domain, up to the ``wanted`` spacing, and what they leave of it.
+def layered(domain: Domain, requested: Spacing, spacing: Spacing, ladders: Sequence[Ladder], max_nodes: int) -> Rest:
+    """Layers on the walls of a domain, up to the ``requested`` spacing, and what they leave of it.
 
     The nodes of the walls are placed by a ``spacing`` that may be finer.
 
     CaseError if a first layer is higher than the spacing on all of its walls, LimitError if there would be more than
     ``max_nodes`` nodes.
     """
-    walls = Walls.of(domain, boundary_bubbles(domain, spacing), wanted, ladders)
+    walls = Walls.of(domain, boundary_bubbles(domain, spacing), requested, ladders)
     for number, ladder in enumerate(ladders):
         _require_walls(walls, number, ladder)
     columns = columns_on(walls, ladders)
-    most = most_layers(columns, wanted)
+    most = most_layers(columns, requested)
     if (nodes := int(most.count.sum())) > max_nodes:
         raise LimitError(
             f"layers: they may take {nodes} nodes, and the limit is {max_nodes}: coarsen the spacing on "

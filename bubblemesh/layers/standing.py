@@ -66,8 +66,8 @@ class _Builder:
         """
         angle, foot = float(self.walls.angle[side]), int(self.walls.ends[side, 1])
         ladder = min(map(int, self.walls.ladder[[side, after]]), key=lambda number: self.ladders[number].first)
-        asked, is_corner = self.ladders[ladder], bool(self.walls.node_piece[foot] < 0)
-        ways = fan(asked, self.normals[side], angle, float(self.walls.d[foot]), is_corner=is_corner)
+        lower, is_corner = self.ladders[ladder], bool(self.walls.node_piece[foot] < 0)
+        ways = fan(lower, self.normals[side], angle, float(self.walls.d[foot]), is_corner=is_corner)
         if ways is None:
             middle = turned(self.along[after : after + 1], np.array([angle / 2]))[0]
             ways = middle[None] * min(1 / np.sin(angle / 2), HIGHEST_STRETCH)

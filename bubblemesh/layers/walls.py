@@ -21,7 +21,7 @@ class Walls:
 
     domain: Domain
     x: Floats  # (n, 2): nodes on the boundary, corners first
-    d: Floats  # (n,): spacing that is wanted there, square to the sides
+    d: Floats  # (n,): spacing there, square to the sides
     node_piece: Integers  # (n,): piece of the boundary, -1 for a corner
     node_s: Floats  # (n,): arc length on it
     ends: Integers  # (m, 2): nodes at which sides begin and end
@@ -35,8 +35,8 @@ class Walls:
     angle: Floats  # (m,): in the domain, between a side and the following one, up to 2 pi
 
     @classmethod
-    def of(cls, domain: Domain, shell: Bubbles, wanted: Spacing, ladders: Sequence[Ladder]) -> "Walls":
-        """Walls of a domain with nodes as the bubbles of its boundary, where some spacing is ``wanted``."""
+    def of(cls, domain: Domain, shell: Bubbles, spacing: Spacing, ladders: Sequence[Ladder]) -> "Walls":
+        """Walls of a domain with nodes as the bubbles of its boundary, and the ``spacing`` there."""
         boundary = domain.boundary
         facets, piece = boundary.edges(shell.piece, shell.s)
         both = np.flatnonzero(boundary.inner[piece])
@@ -50,15 +50,15 @@ class Walls:
         names = np.array(domain.parts.names, object)[domain.parts.name_indices[region]]
         label = np.array(boundary.labels, object)[boundary.label[piece]]
         ladder = np.full(len(ends), -1)
-        for number, asked in enumerate(ladders):
-            mine = np.isin(label, asked.labels)
-            ladder[mine & ((names == asked.region) | (asked.region is None))] = number
+        for number, layers in enumerate(ladders):
+            mine = np.isin(label, layers.labels)
+            ladder[mine & ((names == layers.region) | (layers.region is None))] = number
         corners = shell.corners
         node_piece, node_s = np.full(corners, -1), np.zeros(corners)
         return cls(
             domain,
             shell.x,
-            _square_to(facets, shell.x, wanted),
+            _square_to(facets, shell.x, spacing),
             np.append(node_piece, shell.piece),
             np.append(node_s, shell.s),
             ends,
@@ -102,14 +102,14 @@ def turned(directions: Floats, angle: Floats) -> Floats:
     return np.column_stack([c * x - s * y, s * x + c * y])
 
 
-def _square_to(facets: Integers, x: Floats, wanted: Spacing) -> Floats:
-    """Spacing (n,) that is wanted at nodes x (n, 2) square to the facets (f, 2) there; infinite where there is none.
+def _square_to(facets: Integers, x: Floats, spacing: Spacing) -> Floats:
+    """Spacing (n,) at nodes x (n, 2) square to the facets (f, 2) there; infinite where there is none.
 
     Of several facets at a node the least one counts.
     """
     square, d = left_of(x[facets[:, 1]] - x[facets[:, 0]]), np.full(len(x), np.inf)
     for end in facets.T:
-        np.minimum.at(d, end, wanted.towards(x[end], square))
+        np.minimum.at(d, end, spacing.towards(x[end], square))
     return d
 
 

@@ -16,7 +16,7 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
 
 
-class Asked(NamedTuple):
+class RequestedSpacing(NamedTuple):
     """The spacing that a case asks for, and the steps to it."""
 
     before_rules: Spacing  # that of the terms and their limits
@@ -31,9 +31,9 @@ class Asked(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """The spacing of a packing, and what made it finer than the one that is asked for."""
+    """The spacing of a packing, and what made it finer than the one that is requested."""
 
-    wanted: Spacing  # beside which edges are short, curves tight and parts narrow
+    requested: Spacing  # beside which edges are short, curves tight and parts narrow
     short: Sources  # ends of boundary edges that are shorter than the spacing
     coarse: Sources  # places on curves that are too tight for it
     before_narrow_parts: LimitedSpacing  # made finer by these two
@@ -41,7 +41,7 @@ class Fitted(NamedTuple):
     filled: Filled
 
 
-def asked_spacing(domain: Domain, request: SpacingRequest, scale: float | None, max_nodes: int) -> Asked:
+def requested_spacing(domain: Domain, request: SpacingRequest, scale: float | None, max_nodes: int) -> RequestedSpacing:
     """The spacing of a request at some scale, finer where its rules and periodic sides ask for it.
 
     CaseError where it is not positive and finite, and LimitError where it needs more than so many nodes.
@@ -52,24 +52,24 @@ def asked_spacing(domain: Domain, request: SpacingRequest, scale: float | None, 
     after_periodic = limited_across_sides(domain, after_rules)
     if max(after_rules.ratio, after_periodic.ratio) > 1:
         survey = surveyed(domain, after_periodic.spacing, max_nodes, cover)
-    return Asked(before_rules, after_rules, after_periodic, survey)
+    return RequestedSpacing(before_rules, after_rules, after_periodic, survey)
 
 
 def fitted_to_boundary(
-    domain: Domain, asked: Asked, wanted: Spacing, rules: Rules, max_nodes: int, hidden: Floats | None
+    domain: Domain, requested: RequestedSpacing, spacing: Spacing, rules: Rules, max_nodes: int, hidden: Floats | None
 ) -> Fitted:
     """The spacing for a packing: finer at short edges, at tight curves and across narrow parts of the domain.
 
-    What is short, tight or narrow is so beside the ``wanted`` spacing: the one that is asked for, or that in a metric
+    What is short, tight or narrow is so beside the ``spacing``: the one that is requested, or that in a metric
     below it, whose sizes depend on the direction; edges below layers are ``hidden`` up to some length (p,) of each
     piece. LimitError if it needs more than so many nodes.
     """
-    cover, expected = asked.survey.cover, asked.survey.ideal_nodes
-    short, coarse = short_pieces(domain, wanted, hidden), coarse_curves(domain, wanted, hidden=hidden)
-    for_packing = limited_for_packing_across_sides(domain, asked.after_periodic, short.joined(coarse))
-    if for_packing.spacing is not asked.spacing:
+    cover, expected = requested.survey.cover, requested.survey.ideal_nodes
+    short, coarse = short_pieces(domain, spacing, hidden), coarse_curves(domain, spacing, hidden=hidden)
+    for_packing = limited_for_packing_across_sides(domain, requested.after_periodic, short.joined(coarse))
+    if for_packing.spacing is not requested.spacing:
         expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)
-    walls, unfilled = Walls(domain), Unfilled(cover, wanted, asked.after_periodic, for_packing, expected)
+    walls, unfilled = Walls(domain), Unfilled(cover, spacing, requested.after_periodic, for_packing, expected)
     return Fitted(
-        wanted, short, coarse, for_packing, walls, with_narrow_parts_filled(walls, rules, unfilled, max_nodes)
+        spacing, short, coarse, for_packing, walls, with_narrow_parts_filled(walls, rules, unfilled, max_nodes)
     )

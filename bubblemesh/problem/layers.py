@@ -72,7 +72,7 @@ def hidden_below(domain: Domain, ladders: Sequence[Ladder]) -> Floats:
 
 def with_layers(
     domain: Domain,
-    wanted: Spacing,
+    requested: Spacing,
     packing: Spacing,
     before: LimitedSpacing,
     ground: Ground | None,
@@ -81,14 +81,14 @@ def with_layers(
 ) -> tuple[Rest, Spacing, Floats]:
     """The rest of the domain beside its layers, the spacing there, and the short edges (k, 2, 2) that make it finer.
 
-    They are no higher than the ``wanted`` spacing, than which that for the ``packing`` may be finer: in a metric both
-    depend on the direction, and the spacing ``before`` that is limited does not. If it was limited already without
-    layers, this goes on from that ``ground``: their edges are more sources in the same domain.
+    They are no higher than the ``requested`` spacing, than which that for the ``packing`` may be finer: in a metric
+    both depend on the direction, and the spacing ``before`` that is limited does not. If it was limited already
+    without layers, this goes on from that ``ground``: their edges are more sources in the same domain.
 
     CaseError if a first layer is higher than the spacing on all of its walls, LimitError if there would be more than
     ``max_nodes`` nodes.
     """
-    rest = layered(domain, wanted, packing, ladders, max_nodes)
+    rest = layered(domain, requested, packing, ladders, max_nodes)
     sources = short_pieces(rest.domain, packing)
     limited = limited_for_packing_across_sides(domain, before, sources, ground=ground)
     return rest, limited.spacing, sources.points.reshape(-1, 2, 2)

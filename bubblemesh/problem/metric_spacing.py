@@ -34,7 +34,7 @@ class InMetric(NamedTuple):
     """Metrics of a problem, the spacing in them that is asked for, what is known of it, and warnings."""
 
     metrics: tuple[MetricRequest, ...]
-    asked: MetricSpacing
+    requested: MetricSpacing
     survey: Survey
     warnings: tuple[str, ...]
 
@@ -48,7 +48,7 @@ class InMetric(NamedTuple):
         """
         ellipses: Ellipses = Intersection(self.metrics, spacing, domain.size)
         ellipses = ellipses if short is None else BesideEdges(ellipses, *short)
-        fitted = MetricSpacing.of(ellipses, self.asked.aspect)
+        fitted = MetricSpacing.of(ellipses, self.requested.aspect)
         bent = _graded(domain, fitted, self.metrics, max_nodes)
         return _with_fewer_nodes(bent.straightened(), bent, domain, max_nodes)
 
@@ -63,14 +63,14 @@ def in_metric(
     """
     points = np.vstack([domain.polygonal_copy.points, cover.points, cover.corners.mean(axis=1)])
     told = tuple(_too_long(metrics, spacing, points))
-    asked = below(metrics, spacing)
-    survey = surveyed(domain, asked, max_nodes, cover)
-    aspect = _aspect(asked, np.vstack([points, survey.extremes.minimum_at]))
-    asked = replace(asked, aspect=aspect)
-    graded_one = _graded(domain, asked, metrics, max_nodes)
-    if graded_one is not asked:
-        asked, survey = graded_one, surveyed(domain, graded_one, max_nodes, cover)
-    return InMetric(tuple(metrics), asked, survey, (*told, *_differing_sides(domain, asked)))
+    requested = below(metrics, spacing)
+    survey = surveyed(domain, requested, max_nodes, cover)
+    aspect = _aspect(requested, np.vstack([points, survey.extremes.minimum_at]))
+    requested = replace(requested, aspect=aspect)
+    graded_one = _graded(domain, requested, metrics, max_nodes)
+    if graded_one is not requested:
+        requested, survey = graded_one, surveyed(domain, graded_one, max_nodes, cover)
+    return InMetric(tuple(metrics), requested, survey, (*told, *_differing_sides(domain, requested)))
 
 
 def below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:

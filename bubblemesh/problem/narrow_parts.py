@@ -20,7 +20,7 @@ class Unfilled(NamedTuple):
     """The spacing of a packing that knows nothing of narrow parts yet, and what it was made of."""
 
     cover: Cover  # of the domain
-    wanted: Spacing  # whose sizes across narrow parts count
+    requested: Spacing  # whose sizes across narrow parts count
     after_periodic: LimitedSpacing
     for_packing: LimitedSpacing
     expected_nodes: float
@@ -44,7 +44,7 @@ def with_narrow_parts_filled(walls: Walls, rules: Rules, before: Unfilled, max_n
     most = min(int(MOST_TIMES * before.expected_nodes) + MORE, max_nodes)
     left_out: NarrowPlace | None = None
     for cut in CUTS:
-        gaps, narrowest = rules.affordable_gaps(walls, before.for_packing.spacing, before.wanted, cut * most)
+        gaps, narrowest = rules.affordable_gaps(walls, before.for_packing.spacing, before.requested, cut * most)
         left_out = narrowest or left_out
         if len(gaps) == 0:
             break

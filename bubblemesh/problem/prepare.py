@@ -16,7 +16,7 @@ from bubblemesh.problem import warnings
 from bubblemesh.problem.crs import require_one_unit
 from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
-from bubblemesh.problem.fitting import Asked, Fitted, asked_spacing, fitted_to_boundary
+from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
 from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.possible import require_possible
 from bubblemesh.problem.problem import Problem, Task
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from bubblemesh.problem.metric_spacing import InMetric
 
 NODES = Key(["spacing", "nodes"])
-CLOSE = 0.01  # to a wanted number of nodes
+CLOSE = 0.01  # to a requested number of nodes
 
 
 def prepare(case: Case) -> Problem:
@@ -124,22 +124,22 @@ def check_spacing(
     """
     require_possible(domain, request, task)
     with timed(seconds, "spacing"):
-        asked = asked_spacing(domain, request, scale, task.max_nodes)
-        metric = _metric(domain, asked, request, task, scale)
-        wanted = asked.spacing if metric is None else metric.asked
-        fitted = fitted_to_boundary(domain, asked, wanted, request.rules, task.max_nodes, _hidden(domain, task))
-        told = _told(domain, request, task, scale, asked, fitted)
+        requested = requested_spacing(domain, request, scale, task.max_nodes)
+        metric = _metric(domain, requested, request, task, scale)
+        spacing = requested.spacing if metric is None else metric.requested
+        fitted = fitted_to_boundary(domain, requested, spacing, request.rules, task.max_nodes, _hidden(domain, task))
+        told = _told(domain, request, task, scale, requested, fitted)
     problem = Problem(
         task=task,
         domain=domain,
-        spacing=asked.spacing,
+        spacing=requested.spacing,
         packing_spacing=fitted.filled.spacing.spacing,
-        survey=asked.survey,
+        survey=requested.survey,
         expected_nodes=fitted.filled.expected_nodes,
-        before_rules=asked.before_rules,
+        before_rules=requested.before_rules,
         rules=request.rules,
-        after_rules=asked.after_rules,
-        after_periodic=asked.after_periodic,
+        after_rules=requested.after_rules,
+        after_periodic=requested.after_periodic,
         warnings=told,
         seconds=seconds,
     )
@@ -159,7 +159,12 @@ def _hidden(domain: Domain, task: Task) -> Floats | None:
 
 
 def _told(
-    domain: Domain, request: SpacingRequest, task: Task, scale: float | None, asked: Asked, fitted: Fitted
+    domain: Domain,
+    request: SpacingRequest,
+    task: Task,
+    scale: float | None,
+    requested: RequestedSpacing,
+    fitted: Fitted,
 ) -> tuple[str, ...]:
     """Warnings of a domain and its spacing at some scale."""
     filled = fitted.filled
@@ -168,7 +173,7 @@ def _told(
         fitted.coarse,
         filled.gaps,
         filled.spacing,
-        asked.survey.ideal_nodes,
+        requested.survey.ideal_nodes,
         filled.expected_nodes,
         not domain.given_outlines and not any(region.area.outer.origin for region in domain.parts.regions),
         task.file_length,
@@ -180,13 +185,13 @@ def _told(
         # How many nodes detail takes is known for circles only.
         *(warnings.refined_boundary(fitted.short, fitted.coarse) if request.metrics else warnings.detail(detail)),
         *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
-        *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.wanted),
+        *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.requested),
     )
     return once_each(told)
 
 
 def _metric(
-    domain: Domain, asked: Asked, request: SpacingRequest, task: Task, scale: float | None
+    domain: Domain, requested: RequestedSpacing, request: SpacingRequest, task: Task, scale: float | None
 ) -> "InMetric | None":
     """The metrics of a request at some scale in a domain, if there are any or the method is for them."""
     if not request.metrics and task.method_name != IN_METRIC:
@@ -194,7 +199,7 @@ def _metric(
     # Imported here since few cases have a metric.
     from bubblemesh.problem.metric_spacing import in_metric
 
-    return in_metric(domain, _scaled(request.metrics, scale), asked.spacing, task.max_nodes, asked.survey.cover)
+    return in_metric(domain, _scaled(request.metrics, scale), requested.spacing, task.max_nodes, requested.survey.cover)
 
 
 def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
@@ -205,7 +210,7 @@ def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
         expected = ideal_nodes(domain, packing, max_nodes, ESTIMATE, problem.survey.cover)
     return replace(
         problem,
-        spacing=metric.asked,
+        spacing=metric.requested,
         packing_spacing=packing,
         survey=metric.survey,
         expected_nodes=expected,

@@ -27,7 +27,7 @@ NARROW = 0.7  # spacings: triangles across what is wider are good
 SHARPEST = 5.0  # degrees
 MOST_ANGLES = 5  # that are told one by one
 POOR_QUALITY = 0.2
-NODE_TOLERANCE = 0.02  # of a wanted number of nodes
+NODE_TOLERANCE = 0.02  # of a requested number of nodes
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
 COARSER = 2.0  # times the sizes that a solution asks for: what is more is told
@@ -70,19 +70,19 @@ def small_parts(parts: int | None, nodes: float) -> list[str]:
 
 
 def narrow_parts(
-    walls: Walls, spacing: Spacing, left_out: NarrowPlace | None = None, wanted: Spacing | None = None
+    walls: Walls, spacing: Spacing, left_out: NarrowPlace | None = None, requested: Spacing | None = None
 ) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if clearly narrower than that.
 
-    Likewise where a line or point inside the domain is nearest to another one, or to a wall. Of a ``wanted`` spacing in
-    a metric the size across counts. If narrow parts are left as they are since they would take too many nodes, the key
-    that fills them is named.
+    Likewise where a line or point inside the domain is nearest to another one, or to a wall. Of a ``requested`` spacing
+    in a metric the size across counts. If narrow parts are left as they are since they would take too many nodes, the
+    key that fills them is named.
     """
     boundary, corner = walls.domain.boundary, walls.reentrant
     piece, s = _samples(walls.domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
     gaps = concatenated([walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)])
-    sized = wanted if isinstance(wanted, MetricSpacing) else spacing
+    sized = requested if isinstance(requested, MetricSpacing) else spacing
     warnings = []
     force = "" if left_out is None else "; more would take many times the nodes: across: 1 in the spacing forces them"
     for at, width, d_there in _narrowest(select(gaps, ~gaps.inner), sized):
@@ -142,9 +142,9 @@ def detail(found: Detail) -> list[str]:
     few = found.expected_nodes < MANY_TIMES * found.ideal_nodes
     if few or at is None or steep or not any(map(len, causes.values())):
         return refined_boundary(found.short, found.coarse)
-    wanted = found.spacing.ratio * float(found.spacing.spacing(np.array([at]))[0])
+    size = found.spacing.ratio * float(found.spacing.spacing(np.array([at]))[0])
     simplify = (
-        f"simplify: {SIMPLE * wanted / (found.file_length or 1.0):.1g} in the file leaves out vertices of short edges"
+        f"simplify: {SIMPLE * size / (found.file_length or 1.0):.1g} in the file leaves out vertices of short edges"
     )
     corners = "corners: 30 in the ring or file takes short edges for curves"
     several = len(found.short) >= 2 * SEVERAL
@@ -224,13 +224,13 @@ def sharper_corners(refined: "Refined", demands: "Demands") -> list[str]:
     ]
 
 
-def missed_node_target(wanted: int, found: int) -> list[str]:
+def missed_node_target(requested: int, found: int) -> list[str]:
     """A number of nodes that the mesh does not have, to 2 %, or to one node if they are few."""
-    if abs(found - wanted) <= max(NODE_TOLERANCE * wanted, 1):
+    if abs(found - requested) <= max(NODE_TOLERANCE * requested, 1):
         return []
-    which = "more" if found > wanted else "fewer"
+    which = "more" if found > requested else "fewer"
     return [
-        f"the mesh has {found} nodes, {abs(found / wanted - 1):.1%} {which} than the {wanted} asked "
+        f"the mesh has {found} nodes, {abs(found / requested - 1):.1%} {which} than the {requested} asked "
         "for: no scale that was tried comes nearer"
     ]
 

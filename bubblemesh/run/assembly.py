@@ -130,12 +130,12 @@ def _nearest(corners: Floats, places: Sequence[Point]) -> Integers:
 
 def previewed(problem: Problem) -> tuple[Mesh, Floats]:
     """Mesh that is just fine enough for a picture, and the spacing (n,) that the packing goes by at its nodes."""
-    domain, wanted = problem.domain, problem.packing_spacing
+    domain, packing = problem.domain, problem.packing_spacing
     finest, coarsest = FINEST * domain.size, COARSEST * domain.size
 
     def shown(x: Floats, y: Floats) -> Floats:
-        return np.clip(wanted.extended(np.column_stack([x, y])), finest, coarsest)
+        return np.clip(packing.extended(np.column_stack([x, y])), finest, coarsest)
 
     spacing = Spacing(shown, finest)
     mesh = mesh_of(connect_inside(ErrorDiffusion()(domain, spacing, ENOUGH), domain, spacing), domain)
-    return mesh, wanted(mesh.points)
+    return mesh, packing(mesh.points)

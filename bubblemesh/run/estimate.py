@@ -35,7 +35,7 @@ def repair_rows(domain: Domain) -> tuple[RepairRow, ...] | None:
 
 
 def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
-    """Changes of the wanted spacing by its rules and by its periodic sides, as far as there are any."""
+    """Changes of the requested spacing by its rules and by its periodic sides, as far as there are any."""
     changes = problem.changes.items()
     return {key: SpacingChange(changed.share, changed.ratio, changed.ratio_at) for key, changed in changes}
 

@@ -57,12 +57,12 @@ class MetricRow:
 
 def metric_row(measures: Measures, problem: "Problem") -> MetricRow | None:
     """Figures of a mesh in the metric of a problem; None if it has none."""
-    asked, packed = problem.spacing, problem.packing_spacing
-    if not (isinstance(asked, MetricSpacing) and isinstance(packed, MetricSpacing)):
+    requested, packed = problem.spacing, problem.packing_spacing
+    if not (isinstance(requested, MetricSpacing) and isinstance(packed, MetricSpacing)):
         return None
     points, edges = measures.points, measures.edges[0]
-    ellipses = asked.axes(points)
-    lengths = edge_ratios(points, edges, asked.between(points, edges))
+    ellipses = requested.axes(points)
+    lengths = edge_ratios(points, edges, requested.between(points, edges))
     ratio = np.exp(np.abs(np.diff(np.log(ellipses.across)[edges]))[:, 0])
     cosine = np.abs(np.prod(ellipses.direction[edges], axis=1).sum(axis=1))
     turn = np.degrees(np.arccos(np.minimum(cosine, 1.0)))

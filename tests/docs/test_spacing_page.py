@@ -30,7 +30,7 @@ def check(mesh):
 
 @pytest.mark.long
 @pytest.mark.parametrize("text", [*CASES, GALLERY.read_text()], ids=lambda text: text.splitlines()[0][:30])
-def test_cases_make_good_meshes_with_the_wanted_spacing(text):
+def test_cases_make_good_meshes_with_the_requested_spacing(text):
     result = meshed(text)
     check(result.mesh)
     report = result.report

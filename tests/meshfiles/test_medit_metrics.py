@@ -32,8 +32,8 @@ def test_the_metric_at_the_nodes_is_written_beside_medits_mesh_and_read_back(her
     report = ran(here, metric=FRONT)
     assert "first.sol" in report["files"]
     read = read_nodal_field(here / "first.mesh", None)
-    asked = prepare(metric_case(FRONT)).spacing
-    np.testing.assert_allclose(read.values, asked.at(read.points), rtol=1e-12)
+    requested = prepare(metric_case(FRONT)).spacing
+    np.testing.assert_allclose(read.values, requested.at(read.points), rtol=1e-12)
     again = ran(here, "second", metric={"file": "first.mesh"})
     assert again["nodes"] == pytest.approx(report["nodes"], rel=0.03)
     assert again["quality"]["mean"] > 0.97

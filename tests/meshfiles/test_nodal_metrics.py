@@ -42,8 +42,8 @@ def logarithm(tensors):
 
 def test_tensors_are_carried_over_by_the_mean_of_their_logarithms():
     tensors = random_tensors(np.random.default_rng(0), 4, 5)
-    wanted = expm(logarithm(tensors)[TRIANGLES[1]].mean(axis=0))
-    np.testing.assert_allclose(matrices(triangles_of_nodes(TRIANGLES, tensors))[1], wanted)
+    expected = expm(logarithm(tensors)[TRIANGLES[1]].mean(axis=0))
+    np.testing.assert_allclose(matrices(triangles_of_nodes(TRIANGLES, tensors))[1], expected)
     found = matrices(nodes_of_triangles(TRIANGLES, tensors[:2], 4))
     np.testing.assert_allclose(found[0], expm(logarithm(tensors[:2]).mean(axis=0)))
     np.testing.assert_allclose(found[[1, 3]], matrices(tensors[:2]))
@@ -162,9 +162,9 @@ def test_what_is_no_metric_at_the_nodes_is_told(folder, tmp_path):
 
 def test_a_case_reads_the_metric_of_the_triangles_of_a_run(folder):
     found = read_metric(folder / "a.vtu", None)
-    asked = prepare(metric_case(FRONT)).spacing.at(found.points)
+    requested = prepare(metric_case(FRONT)).spacing.at(found.points)
     inside = (np.abs(found.points - 0.5) < 0.45).all(axis=1)
-    apart = np.abs(logarithm(found.values[inside]) - logarithm(asked[inside]))
+    apart = np.abs(logarithm(found.values[inside]) - logarithm(requested[inside]))
     assert apart.mean() < 0.05
     (folder / "again.yaml").write_text(
         "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.06\nmetric: {file: a.vtu}\n"

@@ -37,7 +37,7 @@ def inside(domain, count=4000, seed=0):
     return points[domain.contains(points)]
 
 
-def test_single_level_is_the_wanted_spacing():
+def test_single_level_is_the_requested_spacing():
     spacing = uniform(0.1)
     assert SingleLevel()(SQUARE, spacing, 1e6) == (spacing,)
 
@@ -89,8 +89,8 @@ def test_domain_thinner_than_the_cells_of_the_gradient_has_levels():
 
 
 def test_jump_that_is_mild_at_the_finest_level_is_graded_at_the_coarse_ones():
-    wanted = Spacing(lambda x, y: np.where(x < 0.1, 0.03, 0.05), floor=0.01)
-    *coarse, _ = Doubling(coarsest_nodes=1)(SQUARE, wanted, 64)
+    requested = Spacing(lambda x, y: np.where(x < 0.1, 0.03, 0.05), floor=0.01)
+    *coarse, _ = Doubling(coarsest_nodes=1)(SQUARE, requested, 64)
     beyond = np.column_stack([np.full(50, 0.12), np.linspace(-2.8, 2.8, 50)])
     for number, spacing in enumerate(reversed(coarse), start=1):
         assert spacing(beyond).max() < 0.045 * 2**number
@@ -103,25 +103,25 @@ def test_steepness_of_a_linear_spacing_is_its_gradient(gradient):
 
 
 @pytest.mark.parametrize("example", BARE)
-def test_coarse_spacing_is_between_the_wanted_one_and_its_double(example):
+def test_coarse_spacing_is_between_the_requested_one_and_its_double(example):
     problem = prepare(load_case("example.yaml", text=BARE[example]))
     scheme = Doubling(coarsest_nodes=1, steepest=3.0)
     *coarse, finest = scheme(problem.domain, problem.packing_spacing, 300)
     assert len(coarse) >= 3
     assert finest is problem.packing_spacing
     points = np.vstack([inside(problem.domain), problem.domain.polygonal_copy.points])
-    wanted = problem.packing_spacing(points)
+    requested = problem.packing_spacing(points)
     for number, spacing in enumerate(reversed(coarse), start=1):
         d = spacing(points)
-        assert (d >= wanted).all()
-        assert (d <= 2**number * wanted * (1 + 1e-12)).all()
-        assert d.max() > 1.05 * wanted.max()
+        assert (d >= requested).all()
+        assert (d <= 2**number * requested * (1 + 1e-12)).all()
+        assert d.max() > 1.05 * requested.max()
         assert spacing.floor > 0
 
 
 def test_narrow_neck_has_bubbles_side_by_side_at_every_level():
-    wanted = uniform(0.05)
-    *coarse, _ = Doubling(coarsest_nodes=1)(DUMBBELL, wanted, 4**4)
+    requested = uniform(0.05)
+    *coarse, _ = Doubling(coarsest_nodes=1)(DUMBBELL, requested, 4**4)
     assert len(coarse) == 4
     wall = np.column_stack([np.linspace(-0.9, 0.9, 50), np.full(50, NECK / 2)])
     for number, spacing in enumerate(reversed(coarse), start=1):

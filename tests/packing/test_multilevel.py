@@ -110,7 +110,7 @@ def test_opening_round_has_the_most_steps_but_for_the_shaking(fine):
     assert all(one.iterations == method.termination.iterations for one in done[1:] if one not in shaken)
 
 
-def test_bubbles_of_the_last_round_have_the_wanted_spacing_and_are_all_connected(fine):
+def test_bubbles_of_the_last_round_have_the_requested_spacing_and_are_all_connected(fine):
     problem, _, _, done = fine
     net = done[-1].net
     np.testing.assert_allclose(net.bubbles.d, problem.packing_spacing(net.bubbles.x), rtol=1e-12)

@@ -86,7 +86,7 @@ def test_single_level_is_annealed_and_finished():
 
 @pytest.mark.long
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.3, 0.6])
-def test_packing_that_is_cut_short_has_the_wanted_spacing(share):
+def test_packing_that_is_cut_short_has_the_requested_spacing(share):
     problem = problem_of(CASE)
     _, done = packed(problem, Stopwatch(share))
     assert done[-1].stop_reason == "enough"

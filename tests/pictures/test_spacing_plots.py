@@ -1,4 +1,4 @@
-"""Pictures of the wanted spacing, and what an estimate tells."""
+"""Pictures of the requested spacing, and what an estimate tells."""
 
 import json
 from dataclasses import replace
@@ -100,8 +100,8 @@ def test_colours_tell_the_spacing(text, norm):
     pixels = np.asarray(figure.canvas.buffer_rgba())[::-1] / 255
     for point in ((0.3, 0.8), (1.0, 0.2), (1.9, 0.9), (0.1, 0.1)):
         column, row = np.rint(axes.transData.transform(point)).astype(int)
-        wanted = mpl.colormaps["viridis"](colours.norm(problem.packing_spacing(np.array([point]))[0]))
-        np.testing.assert_allclose(pixels[row, column, :3], wanted[:3], atol=0.03)
+        expected = mpl.colormaps["viridis"](colours.norm(problem.packing_spacing(np.array([point]))[0]))
+        np.testing.assert_allclose(pixels[row, column, :3], expected[:3], atol=0.03)
     column, row = np.rint(axes.transData.transform((1.5, 0.5))).astype(int)
     np.testing.assert_allclose(pixels[row, column, :3], 1)  # the hole
 

@@ -101,8 +101,8 @@ class TestTerms:
         (tmp_path / "base.yaml").write_text(f"{PLATE}\nspacing: {{{raster}}}")
         path = tmp_path / "below/case.yaml"
         for text, expected in [("base: ../base.yaml", 0.1), (f"base: ../base.yaml\nspacing: {{{raster}}}", 0.2)]:
-            wanted = prepare(load_case(path, text=text)).spacing
-            assert wanted(np.array([[0.1, 0.1]])) == pytest.approx(expected)
+            spacing = prepare(load_case(path, text=text)).spacing
+            assert spacing(np.array([[0.1, 0.1]])) == pytest.approx(expected)
 
     def test_the_report_tells_what_was_given(self, tmp_path):
         np.save(tmp_path / "a.npy", [[0.3]])
@@ -225,8 +225,8 @@ class TestFromPython:
         square = shapely.Polygon([(0, 0), (1, 0), (1, 1), (0, 1)])
         found = bubblemesh.mesh(square, spacing)
         text = f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: {spacing}"
-        wanted = mesh_case(load_case("case.yaml", text=text)).mesh
-        np.testing.assert_array_equal(found.points, wanted.points)
+        expected = mesh_case(load_case("case.yaml", text=text)).mesh
+        np.testing.assert_array_equal(found.points, expected.points)
         assert len(found.points) > len(bubblemesh.mesh(square, spacing | {"growth": 9.0}).points)
 
     @pytest.mark.parametrize(("spacing", "message"), KEYS, ids=[spacing for spacing, _ in KEYS])

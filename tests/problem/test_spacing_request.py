@@ -43,13 +43,13 @@ CORE_RIM = np.abs(shapely.distance(shapely.points(POINTS), shapely.box(2, 0.5, 3
 WALL = np.min([X, 4 - X, Y, 2 - Y, BORE], axis=0)
 
 
-def wanted(spacing, own=""):
+def requested(spacing, own=""):
     case = load_case("plate.yaml", text=f"{DOMAIN.replace('OWN', own)}spacing: {spacing}\n")
     return case_spacing(case, BOUND).at(None)
 
 
 def values(spacing, own=""):
-    return wanted(spacing, own)(POINTS)
+    return requested(spacing, own)(POINTS)
 
 
 TERMS = [
@@ -119,8 +119,8 @@ def ring(k):
 
 def test_the_finest_counts_on_the_rim_of_a_region():
     rim = np.array([[2.0, 1.0], [3.0, 0.7], [2.5, 0.5], [2.2, 0.9]])
-    np.testing.assert_array_equal(wanted("{value: 0.2, regions: {core: 0.1, seed: 0.15}}")(rim), 0.1)
-    np.testing.assert_array_equal(wanted("{value: 0.2, regions: {matrix: 0.1}}")(rim), [0.1, 0.1, 0.1, 0.2])
+    np.testing.assert_array_equal(requested("{value: 0.2, regions: {core: 0.1, seed: 0.15}}")(rim), 0.1)
+    np.testing.assert_array_equal(requested("{value: 0.2, regions: {matrix: 0.1}}")(rim), [0.1, 0.1, 0.1, 0.2])
 
 
 def test_a_spacing_of_a_region_stands_in_place_of_the_value():
@@ -151,7 +151,7 @@ UNKNOWN = [
 @pytest.mark.parametrize(("spacing", "message"), UNKNOWN, ids=[spacing for spacing, _ in UNKNOWN])
 def test_unknown_names_are_told_with_their_key_and_the_known_ones(spacing, message):
     with pytest.raises(CaseError) as caught:
-        wanted(spacing)
+        requested(spacing)
     assert str(caught.value).startswith(message)
     if "label" in message:
         assert all(name in str(caught.value) for name in ("bore", "left", "core-rim", "crack", "well"))
@@ -159,7 +159,7 @@ def test_unknown_names_are_told_with_their_key_and_the_known_ones(spacing, messa
 
 def test_unknown_names_in_the_spacing_of_a_region_are_told_with_their_key():
     with pytest.raises(CaseError, match=r"^domain.regions.1.spacing: column 1: unknown label 'x'"):
-        wanted("1", ", spacing: \"distance('x')\"")
+        requested("1", ", spacing: \"distance('x')\"")
 
 
 def test_a_region_without_any_limit_is_named_by_a_point():
@@ -184,8 +184,8 @@ spacing: {labels: {a: 0.02, b: 0.05, wall: 0.1}, near: {label: b, size: 0.03, gr
     np.testing.assert_allclose(spacing(POINTS), expected, rtol=1e-9)
     assert spacing_of("0.1 + distance('a')", domain).at(None).costly
     assert not spacing_of("0.1 + distance('wall')", domain).at(None).costly
-    assert not wanted("{labels: {bore: 0.1}}").costly
-    assert not wanted("{value: 0.1, per_circle: 36}").costly
+    assert not requested("{labels: {bore: 0.1}}").costly
+    assert not requested("{value: 0.1, per_circle: 36}").costly
 
 
 BAD = [
@@ -207,10 +207,10 @@ def test_the_term_that_is_no_spacing_is_named(spacing, own, message):
 
 def test_places_where_it_may_be_fine_are_known():
     terms = "{near: [{point: [1, 0.2], size: 0.1}, {line: [[0, 0.5], [4, 0.5]], size: 0.05}], labels: {well: 0.1}}"
-    found = wanted(terms).spots.tolist()
+    found = requested(terms).spots.tolist()
     assert [found[k] for k in (0, 1, -2, -1)] == [[1, 0.2], [0, 0.5], [4, 0.5], [3.5, 1.5]]
     assert {y for _, y in found[1:-1]} == {0.5}
-    assert len(wanted("0.1").spots) == 0
+    assert len(requested("0.1").spots) == 0
 
 
 def test_a_tiny_spot_is_not_passed_by():

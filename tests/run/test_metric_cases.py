@@ -46,12 +46,12 @@ def test_a_front_is_meshed_by_ellipses_that_fit_the_metric():
 def test_about_half_of_the_nodes_that_shorter_ellipses_take_are_saved_elsewhere():
     narrow = {**FRONT, "across": FRONT["across"].replace("0.02 +", "0.004 +")}
     problem = prepare(metric_case(narrow))
-    packing, asked = problem.packing_spacing, problem.spacing
-    shorter = ideal_nodes(problem.domain, asked.straightened(), 10**6, 1e-3) / problem.survey.ideal_nodes
+    packing, requested = problem.packing_spacing, problem.spacing
+    shorter = ideal_nodes(problem.domain, requested.straightened(), 10**6, 1e-3) / problem.survey.ideal_nodes
     assert shorter > 1.02
     assert problem.expected_nodes / problem.survey.ideal_nodes == pytest.approx(shorter**0.5, abs=0.003)
     ahead = np.array([[0.5, 0.5], [0.25, 0.7]])
-    assert packing.axes(ahead).across / asked.axes(ahead).across == pytest.approx(shorter**0.25, abs=0.003)
+    assert packing.axes(ahead).across / requested.axes(ahead).across == pytest.approx(shorter**0.25, abs=0.003)
     np.testing.assert_array_less([0.97, 0.5], packing.shares(ahead))
     np.testing.assert_array_less(packing.shares(ahead), [1.001, 0.9])
 

@@ -33,10 +33,10 @@ def smoothed(ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, smoot
     the boundary go along its tangents where they were, and are put back on it in the end. Where that leaves too little
     of a triangle, or makes boundary edges cross, the boundary stays as it is.
     """
-    asked = spacing.unstraightened
-    net = with_better_shapes(ellipses.net, asked)
+    requested = spacing.unstraightened
+    net = with_better_shapes(ellipses.net, requested)
     bubbles, triangles = net.bubbles, net.triangles
-    inside, own = metrics_around(bubbles.x, triangles, asked)
+    inside, own = metrics_around(bubbles.x, triangles, requested)
     axes, free = own.axes, ellipses.interior
     axes[bubbles.sliding] = _along(Sliding(domain.boundary, bubbles).tangents, own.roots[bubbles.sliding])
     for held in (domain.tied[bubbles.piece], np.ones(len(bubbles.piece), bool)):
@@ -102,8 +102,8 @@ def metrics_at(places: Floats, spacing: MetricSpacing) -> Metrics:
 
 def costs(x: Floats, triangles: Integers, spacing: MetricSpacing, smoothing: Smoothing) -> Floats:
     """Costs (t,) of the triangles (t, 3) of nodes x (n, 2) beyond perfect ones, in the sum that smoothing lessens."""
-    asked = spacing.unstraightened
-    inside, own = _split(steady_metrics(_centroids_and(x, triangles), asked), len(triangles))
+    requested = spacing.unstraightened
+    inside, own = _split(steady_metrics(_centroids_and(x, triangles), requested), len(triangles))
     return costs_in(x, triangles, inside, own, side_weight(smoothing)) - PERFECT
 
 

@@ -59,10 +59,10 @@ def tried(
     ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing, mending: Mending, random: np.random.Generator
 ) -> Iterator[Tried]:
     """Bubbles and triangles after each attempt at those with a measure above ``mend_worse``, until none are left."""
-    net, asked = ellipses.net, spacing.unstraightened
+    net, requested = ellipses.net, spacing.unstraightened
     x, triangles = net.bubbles.x, net.triangles
-    trials = Trials(net, asked, smoothing, mending, random)
-    state = Tried(x, asked.at(x), triangles, costs(x, triangles, asked, smoothing), np.zeros(len(x), np.int64))
+    trials = Trials(net, requested, smoothing, mending, random)
+    state = Tried(x, requested.at(x), triangles, costs(x, triangles, requested, smoothing), np.zeros(len(x), np.int64))
     for _ in range(mending.attempts):
         candidates = trials.candidates(state)
         if len(candidates) == 0:

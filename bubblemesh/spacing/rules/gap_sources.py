@@ -17,7 +17,7 @@ from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
-NARROW = 0.95  # spacings are not narrower than what is wanted
+NARROW = 0.95  # spacings: what is wider is not narrow
 ROUNDINGS = 100  # of coordinates
 POOR = 0.6  # spacings: triangles across what is wider are good as they are
 # Distance of sources: so much the spacing may grow in between, and in terms of their sizes.
@@ -47,8 +47,8 @@ class GapSources:
     growth: float  # of the spacing from the sources, per length
     least: Callable[[Floats], Floats]  # finest size (k,) that is of use at places (k, 2)
     max_nodes: float = np.inf
-    narrow: float = NARROW  # parts in terms of what is wanted, below which something is done
-    wanted: Spacing | None = None  # whose sizes across them count too, if they depend on the direction
+    narrow: float = NARROW  # parts in terms of the spacing, below which something is done
+    requested: Spacing | None = None  # whose sizes across them count too, if they depend on the direction
 
     def __call__(self, domain: Domain, spacing: Spacing) -> Sources:
         """Sources where the spacing is too coarse.
@@ -103,8 +103,8 @@ class GapSources:
         rounding = ROUNDINGS * np.spacing(np.abs(found.places).max(initial=0.0))  # walls that touch are no gap
         narrow = (size < self.narrow * d[found.number]) & (size > rounding)
         found, size = select(found, narrow), size[narrow]
-        if isinstance(self.wanted, MetricSpacing):
-            narrow = size < self.narrow * size_across(found, self.wanted)
+        if isinstance(self.requested, MetricSpacing):
+            narrow = size < self.narrow * size_across(found, self.requested)
             found, size = select(found, narrow), size[narrow]
         return found, size
 

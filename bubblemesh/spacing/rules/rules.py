@@ -64,16 +64,18 @@ class Rules:
         return replace(gradient_limited(domain, spacing, growth, sources), ground=None)
 
     def affordable_gaps(
-        self, walls: Walls, spacing: Spacing, wanted: Spacing, max_nodes: float
+        self, walls: Walls, spacing: Spacing, requested: Spacing, max_nodes: float
     ) -> tuple[Sources, NarrowPlace | None]:
         """Sources by which one spacing fits across narrow parts, unless the rules have an ``across`` of their own.
 
-        Narrow are parts that are so beside the spacing, and beside the ``wanted`` one in the direction across them.
+        Narrow are parts that are so beside the spacing, and beside the ``requested`` one in the direction across them.
         Parts are left out, the narrowest first, that take more than ``max_nodes`` nodes; the narrowest one comes out.
         """
         if self.across is not None:
             return Sources.none(), None
-        return GapSources(ACROSS, self.packing_growth, self._least, max_nodes, POOR, wanted).affordable(walls, spacing)
+        return GapSources(ACROSS, self.packing_growth, self._least, max_nodes, POOR, requested).affordable(
+            walls, spacing
+        )
 
     def _least(self, points: Floats) -> Floats:
         return np.full(len(points), self.minimum)

@@ -70,9 +70,9 @@ def test_graded_spacing_grows_nowhere_faster(growth):
     ],
 )
 def test_slow_growth_is_left_alone(function):
-    wanted = Spacing(function, floor=0.01)
-    found = gradient_limited(SQUARE, wanted, STEEPEST_GROWTH, NONE)
-    assert found.spacing is wanted
+    requested = Spacing(function, floor=0.01)
+    found = gradient_limited(SQUARE, requested, STEEPEST_GROWTH, NONE)
+    assert found.spacing is requested
     assert (found.steepest, found.share, found.ratio) == (None, 0.0, 1.0)
 
 
@@ -86,8 +86,8 @@ def test_examples_are_left_alone(example):
 @pytest.mark.parametrize("at", [-0.5, 0.0, 0.25])
 @pytest.mark.parametrize("side", [np.less, np.less_equal])
 def test_jumps_between_cells_are_seen(at, side):
-    wanted = Spacing(lambda x, y: np.where(side(x, at), 0.01, 0.2), floor=0.005)
-    found = gradient_limited(SQUARE, wanted, 0.4, NONE)
+    requested = Spacing(lambda x, y: np.where(side(x, at), 0.01, 0.2), floor=0.005)
+    found = gradient_limited(SQUARE, requested, 0.4, NONE)
     assert found.steepest is not None
     assert found.spacing(np.array([[at + 0.1, 0.3]]))[0] == pytest.approx(0.05, rel=0.03)
 
@@ -131,8 +131,8 @@ def test_sources_finer_than_any_cell_are_no_endless_task():
 def test_growth_goes_around_walls():
     slit = [(-1, -1), (1, -1), (1, 1), (0.05, 1), (0.05, -0.6), (-0.05, -0.6), (-0.05, 1), (-1, 1)]
     domain = Domain.of(rings.polygon(slit))
-    wanted = stepped(lambda x, y: x + 0.2, high=0.5)
-    d = gradient_limited(domain, wanted, 0.3, NONE).spacing(np.array([[0.3, 0.9], [-0.06, 0.9]]))
+    requested = stepped(lambda x, y: x + 0.2, high=0.5)
+    d = gradient_limited(domain, requested, 0.3, NONE).spacing(np.array([[0.3, 0.9], [-0.06, 0.9]]))
     assert d[0] == pytest.approx(0.5)
     assert d[1] == pytest.approx(0.02 + 0.3 * 0.14, rel=0.1)
 
@@ -142,11 +142,11 @@ def test_growth_goes_around_walls():
 def test_growth_goes_around_walls_however_thin(width):
     outline = [(0, 0), (2, 0), (2, 1), (1 + width, 1), (1 + width, 0.5), (1, 0.5), (1, 1), (0, 1)]
     domain = Domain.of(rings.polygon(outline))
-    wanted = Spacing(lambda x, y: np.where(np.hypot(x - 0.9, y - 0.9) < 0.05, 0.01, 0.5), floor=0.005)
+    requested = Spacing(lambda x, y: np.where(np.hypot(x - 0.9, y - 0.9) < 0.05, 0.01, 0.5), floor=0.005)
     there = np.array([[1 + width + 0.05, 0.95], [1 + width + 0.05, 0.5], [0.95, 0.5]])
     over_tip = np.hypot(0.1, 0.4) - 0.05 + width
     ways = np.array([over_tip + np.hypot(0.05, 0.45), over_tip + 0.05, np.hypot(0.05, 0.4) - 0.05])
-    found = gradient_limited(domain, wanted, 0.2, NONE).spacing(there)
+    found = gradient_limited(domain, requested, 0.2, NONE).spacing(there)
     np.testing.assert_allclose(found, 0.01 + 0.2 * ways, rtol=0.06)
 
 

@@ -60,11 +60,11 @@ def test_a_fine_spot_reaches_across_all_sides(at):
 
 
 def test_curved_sides_are_followed():
-    wanted = problem_of("{value: 0.15, near: {label: left, size: 0.01}, growth: 0.2}", outline=MOONS).spacing
+    spacing = problem_of("{value: 0.15, near: {label: left, size: 0.01}, growth: 0.2}", outline=MOONS).spacing
     beside = np.linspace(-1.3, 1.3, 9)
     rim = np.column_stack([2 + 0.49 * np.cos(beside), 0.5 + 0.49 * np.sin(beside)])
-    np.testing.assert_allclose(wanted(rim), 0.012, rtol=0.12)
-    np.testing.assert_allclose(wanted(np.array([[2.0, 0.5], [2.25, 0.5]])), [0.11, 0.06], rtol=0.05)
+    np.testing.assert_allclose(spacing(rim), 0.012, rtol=0.12)
+    np.testing.assert_allclose(spacing(np.array([[2.0, 0.5], [2.25, 0.5]])), [0.11, 0.06], rtol=0.05)
 
 
 @pytest.mark.parametrize("spacing", ["0.1", "{value: 0.1, growth: 0.2}", "0.1 + 0.02*sin(pi*x)*y"])
@@ -102,9 +102,9 @@ def test_the_finer_spacing_of_both_sides_is_that_of_either():
     domain = problem_of("0.1").domain
     left, right = domain.periodic[0]
     s = np.array([0.25, 0.5])
-    wanted = Spacing(lambda x, y: 0.1 + 0.1 * x * y)
+    spacing = Spacing(lambda x, y: 0.1 + 0.1 * x * y)
     for piece in (left, right):
-        np.testing.assert_array_equal(finer_of_both_sides(domain, wanted, np.full(2, piece), s), 0.1)
+        np.testing.assert_array_equal(finer_of_both_sides(domain, spacing, np.full(2, piece), s), 0.1)
     others = np.setdiff1d(np.arange(4), domain.periodic)
     np.testing.assert_array_equal(finer_of_both_sides(domain, uniform(0.3), others, np.zeros(2)), 0.3)
 

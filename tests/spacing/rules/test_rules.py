@@ -16,9 +16,9 @@ UNIT = np.column_stack([np.cos(ANGLE), np.sin(ANGLE)])
 
 
 def test_no_rule_changes_nothing():
-    wanted = Spacing(lambda x, y: np.where(x < 0.3, 0.01, 1.0))
-    found = Rules()(PLATE, wanted)
-    assert found.spacing is wanted
+    requested = Spacing(lambda x, y: np.where(x < 0.3, 0.01, 1.0))
+    found = Rules()(PLATE, requested)
+    assert found.spacing is requested
     assert (found.share, found.ratio) == (0.0, 1.0)
 
 

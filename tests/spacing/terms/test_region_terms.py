@@ -72,15 +72,15 @@ domain:
 
 
 @pytest.mark.parametrize(
-    ("own", "wanted", "message"),
+    ("own", "spacing", "message"),
     [
         ("0.2*(3 - x)", "0.5", r"^domain\.regions\.1\.spacing: is -\S+ at \([34]\S*, \S+\): it has to be positive"),
         ("0.3", "x - 2", r"^spacing: is -\S+ at \([01]\S*, \S+\): it has to be positive"),
     ],
 )
-def test_an_unusable_value_names_the_spacing_that_has_it(own, wanted, message):
+def test_an_unusable_value_names_the_spacing_that_has_it(own, spacing, message):
     with pytest.raises(CaseError, match=message):
-        prepare(load_case("a.yaml", text=CASE.replace("0.2*(3 - x)", own) + f"spacing: {wanted}\n"))
+        prepare(load_case("a.yaml", text=CASE.replace("0.2*(3 - x)", own) + f"spacing: {spacing}\n"))
 
 
 @pytest.mark.parametrize("own", ["x +", "q", "1j"])
