@@ -388,9 +388,9 @@ def test_a_spacing_may_grow_with_the_distance_from_a_label(spacing):
     check_mesh(mesh)
     ends = mesh.points[mesh.triangles[:, :2]]
     middle, lengths = ends.mean(axis=1), np.hypot(*(ends[:, 1] - ends[:, 0]).T)
-    wanted = 0.1 + 0.2 * np.abs(np.hypot(middle[:, 0] - 0.3, middle[:, 1]) - 0.3)
-    assert (lengths / wanted).mean() == pytest.approx(1, abs=0.03)
-    assert (lengths / wanted).std() < 0.1
+    target = 0.1 + 0.2 * np.abs(np.hypot(middle[:, 0] - 0.3, middle[:, 1]) - 0.3)
+    assert (lengths / target).mean() == pytest.approx(1, abs=0.03)
+    assert (lengths / target).std() < 0.1
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ class Figures:
     irregular : float
         Share of inner nodes whose valence is not six.
     edge, spread : float
-        Mean and standard deviation of edge length over wanted spacing.
+        Mean and standard deviation of edge length over target spacing.
     astray : float
         Largest distance of a boundary node from the true boundary, over the spacing there.
     """

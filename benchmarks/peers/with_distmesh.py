@@ -80,9 +80,9 @@ def _forces(points: Floats, bars: Integers, spacing: Spacing) -> Floats:
     """Sum (n, 2) of the forces of the bars, which only push."""
     vectors = points[bars[:, 0]] - points[bars[:, 1]]
     lengths = np.hypot(*vectors.T)
-    wanted = spacing.between(points, bars)
-    wanted *= PRESSURE * np.sqrt((lengths**2).sum() / (wanted**2).sum())
-    push = (np.maximum(wanted - lengths, 0) / lengths)[:, None] * vectors
+    target = spacing.between(points, bars)
+    target *= PRESSURE * np.sqrt((lengths**2).sum() / (target**2).sum())
+    push = (np.maximum(target - lengths, 0) / lengths)[:, None] * vectors
     both = np.concatenate([push, -push])
     return np.column_stack([np.bincount(bars.T.ravel(), column, len(points)) for column in both.T])
 

@@ -125,8 +125,8 @@ def _adapted(
         expected = estimate.error * float(np.sqrt(len(solution.points) / problem.expected_nodes))
     else:
         problem, start = _next_problem(case, domain, solution, estimate, target, seconds)
-        wanted = problem.spacing.between(solution.points, solution.triangles)
-        expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), wanted)
+        target_sizes = problem.spacing.between(solution.points, solution.triangles)
+        expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), target_sizes)
     adaptation = figures | {
         "wanted": target.figures,
         "expected_error": solution.unit * expected,
@@ -143,11 +143,11 @@ def _next_problem(
     mesh, terms = (solution.points, solution.triangles), case.spacing_terms
     sizes = equivalent_sizes(*mesh)
     if target.error is not None:
-        nodes, wanted = None, sizes_for_error(estimate, sizes, target.error * estimate.solution)
+        nodes, target_sizes = None, sizes_for_error(estimate, sizes, target.error * estimate.solution)
     else:
         nodes = target.nodes or terms.nodes or len(solution.points)
-        wanted = sizes_for_nodes(estimate, sizes, nodes)
-    field, now = MeshField.of_triangles(*mesh, wanted), smooth_sizes(*mesh)
+        target_sizes = sizes_for_nodes(estimate, sizes, nodes)
+    field, now = MeshField.of_triangles(*mesh, target_sizes), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
     at = within_limits(terms, (Spacing(field),), field.spots)
@@ -191,12 +191,12 @@ def _next_in_metric(
     values = solution.values if part is None else _split_values(solution, mesh[1])
     best = best_metric(*mesh, values / solution.unit)
     case = case.model_copy(update={"method": IN_METRIC})
-    coarse, wanted = Spacing(partial(_everywhere, sizes[1])), nodes
+    coarse, aim = Spacing(partial(_everywhere, sizes[1])), nodes
     task, held = task_of(case, domain), held_request(case, domain, lambda scale: coarse)
     held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *told))
     growth = terms.growth or GROWTH_IN_METRIC
     for _ in range(ATTEMPTS):
-        tensors = scaled_for(*mesh, best, wanted, sizes, MOST_ASPECT)
+        tensors = scaled_for(*mesh, best, aim, sizes, MOST_ASPECT)
         tensors = graded(*mesh, tensors, growth)
         if len(domain.periodic):
             tensors = graded(*mesh, intersected_across_sides(domain, *mesh, tensors), growth)
@@ -205,7 +205,7 @@ def _next_in_metric(
         problem = prepare_for(case, domain, request, task, seconds)
         if abs(problem.expected_nodes / nodes - 1) < CLOSE:
             break
-        wanted *= nodes / problem.expected_nodes
+        aim *= nodes / problem.expected_nodes
     enough = target.error is not None and problem.expected_nodes > nodes  # the coarsest mesh has less of an error
     if abs(problem.expected_nodes / nodes - 1) > MISSED and not enough:
         with at_key(*_key(target, terms)):

@@ -51,9 +51,9 @@ def sizes_for_nodes(estimate: Estimate, sizes: Floats, nodes: int) -> Floats:
     return _even(estimate, sizes, estimate.total / triangles, float(np.sqrt(len(sizes) / triangles)))
 
 
-def predicted_error(estimate: Estimate, sizes: Floats, wanted: Floats) -> float:
-    """Estimated error in the whole domain once the present sizes (t,) have become the wanted ones (t,)."""
-    return float(np.sqrt(((estimate.indicators * wanted / sizes) ** 2).sum()))
+def predicted_error(estimate: Estimate, sizes: Floats, target: Floats) -> float:
+    """Estimated error in the whole domain once the present sizes (t,) have become the target ones (t,)."""
+    return float(np.sqrt(((estimate.indicators * target / sizes) ** 2).sum()))
 
 
 def _even(estimate: Estimate, sizes: Floats, each: float, factor: float) -> Floats:
@@ -65,5 +65,5 @@ def _even(estimate: Estimate, sizes: Floats, each: float, factor: float) -> Floa
     if estimate.relative <= NEGLIGIBLE:
         return largest * sizes
     with np.errstate(divide="ignore"):
-        wanted = np.sqrt(each / estimate.indicators)
-    return sizes * np.clip(wanted, FINER * min(factor, 1.0), largest)
+        times = np.sqrt(each / estimate.indicators)
+    return sizes * np.clip(times, FINER * min(factor, 1.0), largest)

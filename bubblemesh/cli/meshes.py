@@ -49,7 +49,7 @@ def quality(
     from bubblemesh.spacing.spacing import Spacing
 
     with located("--spacing"):
-        wanted = None if spacing is None else Spacing(Expression.parse(spacing, {})).between
+        spacing_between = None if spacing is None else Spacing(Expression.parse(spacing, {})).between
     if metric:
         if other is not None or spacing is not None:
             raise CaseError("--metric: it goes with one mesh, and without --spacing")
@@ -58,13 +58,13 @@ def quality(
     if field is not None:
         raise CaseError("--field: it names a metric: use it with --metric")
     if other is not None:
-        compare(mesh, other, wanted, as_json)
+        compare(mesh, other, spacing_between, as_json)
         return
     file = read_triangles(mesh)
     points, triangles = file.points, file.triangles
     console.warn([*chosen(mesh, file.source.notes, file.left_out), *turned(mesh, points, triangles)])
     with located("--spacing"):
-        figures = mesh_figures(Measures(points, triangles), wanted)
+        figures = mesh_figures(Measures(points, triangles), spacing_between)
     if as_json:
         write_json(figures)
     else:
@@ -231,7 +231,7 @@ def part_of(view: View | None, zoom: str | None) -> View | None:
     return x0, y0, x1, y1
 
 
-def compare(first: Path, second: Path, wanted: "SpacingBetween | None", as_json: bool) -> None:
+def compare(first: Path, second: Path, spacing_between: "SpacingBetween | None", as_json: bool) -> None:
     """Two meshes side by side."""
     from bubblemesh import console
     from bubblemesh.console.report import show_comparison
@@ -241,8 +241,11 @@ def compare(first: Path, second: Path, wanted: "SpacingBetween | None", as_json:
     read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
         console.warn([*chosen(path, each.notes, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
-    with nullcontext() if wanted is None else located("--spacing"):
-        a, b = (comparison.compared(path, read[path].mesh, read[path].cell_data, wanted) for path in (first, second))
+    with nullcontext() if spacing_between is None else located("--spacing"):
+        a, b = (
+            comparison.compared(path, read[path].mesh, read[path].cell_data, spacing_between)
+            for path in (first, second)
+        )
     if as_json:
         write_json(comparison.report(a, b))
     else:

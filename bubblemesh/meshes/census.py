@@ -77,7 +77,7 @@ class Census(NamedTuple):
     worst_at: Floats  # (w, 2): their centroids
     angle_min: float
     angle_max: float
-    spacing: Tally  # of edge length over wanted spacing, by the logarithm
+    spacing: Tally  # of edge length over target spacing, by the logarithm
     inner: int  # nodes of its own within the domain
     irregular: int  # those of them whose valence is not six
     valence_max: int  # most edges at a node

@@ -49,7 +49,7 @@ class Compared:
     path: Path
     figures: dict[str, Any]  # of `mesh_figures`
     quality: Floats  # (t,) radius ratios of the triangles
-    spacing: Floats | None  # (e,) lengths of the edges over the wanted spacing; None where that is not known
+    spacing: Floats | None  # (e,) lengths of the edges over the target spacing; None where that is not known
 
 
 def compared(
@@ -60,22 +60,22 @@ def compared(
 ) -> Compared:
     """Measure a mesh as read from a file, with data (t,) or (t, k) of its triangles.
 
-    Of these ``target_spacing`` counts where no function gives the wanted spacing (e,) by the ends (e, 2, 2) of edges;
+    Of these ``target_spacing`` counts where no function gives the target spacing (e,) by the ends (e, 2, 2) of edges;
     CaseError if it is not positive somewhere.
     """
-    target = cell_data.get(TARGET_SPACING)
+    of_triangles = cell_data.get(TARGET_SPACING)
     measures = Measures(mesh.points, mesh.triangles)
     edges, _ = measures.edges
     figures = mesh_figures(measures, spacing_between)
-    wanted = None
+    target = None
     if spacing_between is not None:
-        wanted = spacing_between(mesh.points, edges)
-    elif target is not None and target.ndim == 1:
-        if not (target > 0).all():
+        target = spacing_between(mesh.points, edges)
+    elif of_triangles is not None and of_triangles.ndim == 1:
+        if not (of_triangles > 0).all():
             raise CaseError(f"{path}: {TARGET_SPACING} is not positive at some triangle: give a spacing")
-        wanted = edge_means(mesh.triangles, target)
-        figures["spacing"] = asdict(spacing_fit(mesh.points, edges, wanted))
-    ratios = None if wanted is None else edge_ratios(mesh.points, edges, wanted)
+        target = edge_means(mesh.triangles, of_triangles)
+        figures["spacing"] = asdict(spacing_fit(mesh.points, edges, target))
+    ratios = None if target is None else edge_ratios(mesh.points, edges, target)
     return Compared(path, figures, measures.radius_ratios, ratios)
 
 

@@ -43,5 +43,5 @@ def quality_histogram(ratios: Floats, bins: int, low: float) -> Histogram:
 
 
 def spacing_histogram(ratios: Floats, bins: int) -> Histogram:
-    """Histogram of edge lengths over the wanted spacing (e,), around 1."""
+    """Histogram of edge lengths over the target spacing (e,), around 1."""
     return histogram(ratios, 1 - _WIDE, 1 + _WIDE, bins)

@@ -97,7 +97,7 @@ def share_within(ratios: Floats) -> float:
 
 def figures_in_metric(measures: MeasuresInMetric) -> dict[str, Any]:
     """Figures of a mesh in the metric of its triangles, as a report holds them."""
-    wanted = spacing_along_edges(measures)
-    figures = mesh_figures(measures, lambda points, edges: wanted)
-    within = share_within(edge_ratios(measures.points, measures.edges[0], wanted))
+    target = spacing_along_edges(measures)
+    figures = mesh_figures(measures, lambda points, edges: target)
+    within = share_within(edge_ratios(measures.points, measures.edges[0], target))
     return {**figures, "metric": {"aspect": float(axes(measures.tensors).aspects.max()), "edges_within": within}}

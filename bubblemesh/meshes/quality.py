@@ -14,7 +14,7 @@ from bubblemesh.records import record
 _DEGENERATE = 1e-14
 REGULAR_VALENCE = 6
 _BINS = 10
-TARGET_SPACING = "target_spacing"  # name of the wanted spacing of triangles in mesh files
+TARGET_SPACING = "target_spacing"  # name of the target spacing of triangles in mesh files
 LAYER = "layer"  # name of the number of the boundary layer that triangles are in, 0 for those in none
 WORST = 5  # triangles that a report names
 AT_A_TIME = 1 << 16  # triangles, where arrays of all would take much memory
@@ -38,7 +38,7 @@ class Shape:
 
 @record
 class SpacingFit:
-    """Mean, standard deviation and outer percentiles of edge length over wanted spacing."""
+    """Mean, standard deviation and outer percentiles of edge length over target spacing."""
 
     mean: float
     std: float
@@ -162,26 +162,26 @@ def shape_quality(measures: Measures) -> Shape:
     )
 
 
-def spacing_fit(points: Floats, edges: Integers, wanted: Floats) -> SpacingFit:
-    """Compare the lengths of edges (e, 2) with the wanted spacing (e,) at their middles."""
-    ratios = edge_ratios(points, edges, wanted)
+def spacing_fit(points: Floats, edges: Integers, target: Floats) -> SpacingFit:
+    """Compare the lengths of edges (e, 2) with the target spacing (e,) at their middles."""
+    ratios = edge_ratios(points, edges, target)
     p01, p99 = quantile(ratios, 0.01), quantile(ratios, 0.99)
     return SpacingFit(mean=float(ratios.mean()), std=float(ratios.std()), p01=p01, p99=p99)
 
 
-def edge_ratios(points: Floats, edges: Integers, wanted: Floats) -> Floats:
-    """Return the length of each edge (e, 2) over the spacing (e,) wanted there."""
+def edge_ratios(points: Floats, edges: Integers, target: Floats) -> Floats:
+    """Return the length of each edge (e, 2) over the target spacing (e,) there."""
     lengths = np.empty(len(edges))
     for begin in range(0, len(edges), AT_A_TIME):
         part = slice(begin, begin + AT_A_TIME)
         ends = taken(points, edges[part])
         lengths[part] = _lengths(ends[:, 1] - ends[:, 0])
-    return lengths / wanted
+    return lengths / target
 
 
-def spacing_ratios(points: Floats, triangles: Integers, wanted: Floats) -> Floats:
-    """Return the mean edge length (t,) of each triangle over the spacing (t,) wanted there."""
-    return sum(Measures(points, triangles).sides, np.zeros(len(triangles))) / (3 * wanted)
+def spacing_ratios(points: Floats, triangles: Integers, target: Floats) -> Floats:
+    """Return the mean edge length (t,) of each triangle over the target spacing (t,) there."""
+    return sum(Measures(points, triangles).sides, np.zeros(len(triangles))) / (3 * target)
 
 
 def mesh_figures(measures: Measures, spacing_between: SpacingBetween | None) -> dict[str, Any]:

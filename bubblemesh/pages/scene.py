@@ -24,7 +24,7 @@ STEPS = 256
 
 @record
 class Scene:
-    """A mesh with its colourings: radius ratio, edge length, and edge length over wanted spacing."""
+    """A mesh with its colourings: radius ratio, edge length, and edge length over target spacing."""
 
     mesh: Mesh
     quality: Colouring

@@ -84,16 +84,16 @@ LARGEST = 3.0  # edge length over spacing that a histogram shows
 
 
 def histograms(scene: Scene, fields: Mapping[str, Floats]) -> Markup:
-    """Histograms of quality, angles, and edge length over the spacing wanted in the triangles; without layers."""
+    """Histograms of quality, angles, and edge length over the target spacing of the triangles; without layers."""
     points, corners = scene.mesh.points, scene.corners[scene.packed]
     q, corner_angles = scene.quality.values[scene.packed], angles(points, corners)
     sides, _ = unique_edges(corners)
     measures = measures_of(points, corners, {name: values[scene.packed] for name, values in fields.items()})
     if isinstance(measures, MeasuresInMetric):
-        wanted = spacing_along_edges(measures)
+        target = spacing_along_edges(measures)
     else:
-        wanted = edge_means(corners, fields[TARGET_SPACING][scene.packed])
-    ratios = edge_ratios(points, sides, wanted)
+        target = edge_means(corners, fields[TARGET_SPACING][scene.packed])
+    ratios = edge_ratios(points, sides, target)
     low = lowest_shown(q)
     least = min(10 * math.floor(float(np.nanmin(corner_angles)) / 10), 50)
     most = max(10 * math.ceil(float(np.nanmax(corner_angles)) / 10), 70)

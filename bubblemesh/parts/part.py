@@ -26,7 +26,7 @@ class Core(NamedTuple):
     triangles: ShortIntegers  # (t, 3): numbers of the band's nodes, then of these
     region: ShortIntegers  # (t,): region of the whole
     quality: Floats  # (t,): radius ratio, if figures are wanted
-    target: Floats  # (t,): wanted spacing, if figures are wanted
+    target: Floats  # (t,): target spacing, if figures are wanted
 
 
 class Margin(NamedTuple):

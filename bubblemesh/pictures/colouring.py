@@ -50,8 +50,8 @@ def data_of(mesh: Mesh, fields: Mapping[str, Any]) -> MeshData:
         if values.dtype.kind not in "iufb" or values.ndim not in (1, 2) or values.size == 0:
             raise CaseError(f"fields: {name}: must be an array of numbers (found {shown(repr(given))})")
         if len(values) not in (len(mesh.triangles), len(mesh.points)):
-            wanted = f"the {len(mesh.triangles)} triangles or of the {len(mesh.points)} nodes"
-            raise CaseError(f"fields: {name}: must have values of {wanted} (found {len(values)})")
+            expected = f"the {len(mesh.triangles)} triangles or of the {len(mesh.points)} nodes"
+            raise CaseError(f"fields: {name}: must have values of {expected} (found {len(values)})")
         cells.pop(name, None)
         (cells if len(values) == len(mesh.triangles) else points)[name] = values.astype(float)
     return MeshData(cells, points)
@@ -138,17 +138,17 @@ def _spread(sizes: Floats) -> tuple[float, float]:
 
 
 def _spacing_ratios(mesh: Mesh, data: MeshData) -> Floats:
-    wanted = data.cells.get(TARGET_SPACING)
-    if wanted is None or wanted.ndim != 1:
+    target = data.cells.get(TARGET_SPACING)
+    if target is None or target.ndim != 1:
         raise PlotOptionError(
             "color", f"the mesh has no {TARGET_SPACING} for its triangles, so that spacing cannot be shown"
         )
-    if not (wanted > 0).all():
+    if not (target > 0).all():
         raise PlotOptionError("color", f"{TARGET_SPACING} is not positive at some triangle")
     measures = measures_of(mesh.points, mesh.triangles[:, :3], data.cells)
     if isinstance(measures, MeasuresInMetric):
         return measures.mean_sides
-    return spacing_ratios(mesh.points, mesh.triangles[:, :3], wanted)
+    return spacing_ratios(mesh.points, mesh.triangles[:, :3], target)
 
 
 def _field(mesh: Mesh, data: MeshData, name: str) -> tuple[Floats, str]:

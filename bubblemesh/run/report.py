@@ -227,8 +227,8 @@ def _plain(value: Any) -> Any:
     return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
 
 
-def triangle_fields(measures: Measures, wanted: Spacing, plane: Plane | None) -> dict[str, Floats]:
-    """Data (t,) of the triangles: quality, and at their centroids the wanted spacing and the metric, if it has one.
+def triangle_fields(measures: Measures, spacing: Spacing, plane: Plane | None) -> dict[str, Floats]:
+    """Data (t,) of the triangles: quality, and at their centroids the target spacing and the metric, if it has one.
 
     Tensors belong to the plane of the packing: there are none if coordinates are written in another system.
     """
@@ -237,6 +237,6 @@ def triangle_fields(measures: Measures, wanted: Spacing, plane: Plane | None) ->
         metric = dict(zip(ENTRIES, measures.tensors.T, strict=True))
     return {
         "quality": measures.radius_ratios,
-        TARGET_SPACING: wanted.between(measures.points, measures.triangles),
+        TARGET_SPACING: spacing.between(measures.points, measures.triangles),
         **metric,
     }

@@ -120,17 +120,17 @@ def test_a_metric_is_scaled_for_a_number_of_nodes_within_limits(mesh):
     assert found.aspects.max() < 12 * (1 + 1e-6)
 
 
-@pytest.mark.parametrize("wanted", [{"nodes": 500}, {"error": 0.3}])
-def test_a_mesh_adapted_by_a_metric_follows_the_layer(mesh, case, wanted):
+@pytest.mark.parametrize("target", [{"nodes": 500}, {"error": 0.3}])
+def test_a_mesh_adapted_by_a_metric_follows_the_layer(mesh, case, target):
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
-    result = bubblemesh.adapt(case, solution, anisotropic=True, **wanted)
+    result = bubblemesh.adapt(case, solution, anisotropic=True, **target)
     check_mesh(result.mesh)
     report = result.report
     assert report.method == "ellipses"
     assert report["adaptation"]["anisotropic"]
     assert report.metric.aspect > 3
     assert report.quality["mean"] > 0.95
-    if "nodes" in wanted:
+    if "nodes" in target:
         assert report.nodes == pytest.approx(500, rel=0.05)
     middles = result.mesh.points[unique_edges(result.mesh.triangles)[0]].mean(axis=1)
     near = np.abs(middles[:, 1] - 0.5 - 0.2 * np.sin(2 * np.pi * middles[:, 0])) < 0.1
@@ -161,7 +161,7 @@ LAYERS = SQUARE.format(more="") + "layers: [{on: b, first: 0.001, until: isotrop
 
 
 @pytest.mark.parametrize("text", [PERIODIC, LAYERS], ids=["periodic sides", "layers"])
-def test_a_wanted_number_of_nodes_is_met_by_what_is_made(mesh, text):
+def test_a_requested_number_of_nodes_is_met_by_what_is_made(mesh, text):
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
     result = bubblemesh.adapt(bubblemesh.load_case("-", text=text), solution, anisotropic=True, nodes=700)
     check_edges(result.mesh)

@@ -43,9 +43,9 @@ def files(tmp_path_factory):
 def brute_force_ratios(mesh, target):
     """Length of each edge over the mean target of the triangles that have it."""
     found = {}
-    for triangle, wanted in zip(mesh.triangles.tolist(), target, strict=True):
+    for triangle, size in zip(mesh.triangles.tolist(), target, strict=True):
         for i, j in zip(triangle, triangle[1:] + triangle[:1], strict=True):
-            found.setdefault((min(i, j), max(i, j)), []).append(wanted)
+            found.setdefault((min(i, j), max(i, j)), []).append(size)
     return np.array([np.linalg.norm(mesh.points[i] - mesh.points[j]) / np.mean(d) for (i, j), d in found.items()])
 
 
@@ -74,7 +74,7 @@ def test_json_has_both_meshes_and_what_the_second_has_more(files):
     assert "spacing" not in report["differences"]
 
 
-def test_a_wanted_spacing_counts_for_both_and_over_that_of_the_file(files):
+def test_a_given_spacing_counts_for_both_and_over_that_of_the_file(files):
     a, b, first, second, _ = files
     code, text, _ = run(a, b, "--json", "--spacing", "0.25")
     assert code == 0

@@ -107,10 +107,10 @@ def test_the_summary_agrees_with_a_plain_loop(seed):
 def test_the_spacing_fit_agrees_with_a_plain_loop(seed):
     points, triangles = random_mesh(seed)
     pairs, _ = unique_edges(triangles)
-    wanted = 0.05 + points[pairs].mean(axis=1)[:, 0]
-    ratios = [math.dist(points[i], points[j]) / d for (i, j), d in zip(pairs.tolist(), wanted, strict=True)]
+    target = 0.05 + points[pairs].mean(axis=1)[:, 0]
+    ratios = [math.dist(points[i], points[j]) / d for (i, j), d in zip(pairs.tolist(), target, strict=True)]
     mean = sum(ratios) / len(ratios)
-    fit = spacing_fit(points, pairs, wanted)
+    fit = spacing_fit(points, pairs, target)
     assert fit.mean == pytest.approx(mean, abs=1e-12)
     assert fit.std == pytest.approx(math.sqrt(sum((r - mean) ** 2 for r in ratios) / len(ratios)), abs=1e-12)
     assert fit.p01 == pytest.approx(reference_quantile(ratios, 0.01), abs=1e-12)

@@ -94,12 +94,12 @@ def test_shape_gradient_is_that_of_half_the_sum_of_eighth_powers(seed):
 def test_spacing_gradient_is_that_of_the_sum_of_squares(seed):
     rng = np.random.default_rng(seed)
     x, ends = rng.random((12, 2)), np.array([rng.choice(12, 2, replace=False) for _ in range(30)]).T
-    wanted = rng.uniform(0.1, 1, 30)
+    target = rng.uniform(0.1, 1, 30)
 
     def energy(x):
-        return sum((np.hypot(*(x[i] - x[j])) / w - 1) ** 2 for (i, j), w in zip(ends.T, wanted, strict=True))
+        return sum((np.hypot(*(x[i] - x[j])) / w - 1) ** 2 for (i, j), w in zip(ends.T, target, strict=True))
 
-    np.testing.assert_allclose(spacing_gradient(x, ends, wanted), differences(energy, x), rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(spacing_gradient(x, ends, target), differences(energy, x), rtol=1e-5, atol=1e-5)
 
 
 @pytest.mark.parametrize("height", [FLATTEST / 2, 0.0, -0.3])

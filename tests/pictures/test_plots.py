@@ -187,13 +187,13 @@ def test_a_triangle_of_second_order_is_drawn_by_its_corners(mesh):
     assert np.array_equal(corners, mesh.points[mesh.triangles])
 
 
-def test_spacing_is_the_mean_edge_length_over_the_wanted_one(mesh, data):
+def test_spacing_is_the_mean_edge_length_over_the_target_spacing(mesh, data):
     drawn = triangles_of(mesh_figure(mesh, PlotOptions(color="spacing"), data))
     for triangle in (0, 37):
         corners = mesh.points[mesh.triangles[triangle]]
         lengths = [np.linalg.norm(corners[k] - corners[k - 1]) for k in range(3)]
-        wanted = np.mean(lengths) / data.cells["target_spacing"][triangle]
-        assert drawn.get_array()[triangle] == pytest.approx(wanted, rel=1e-12)
+        expected = np.mean(lengths) / data.cells["target_spacing"][triangle]
+        assert drawn.get_array()[triangle] == pytest.approx(expected, rel=1e-12)
     low, high = drawn.get_clim()
     assert low == pytest.approx(2 - high)
 
@@ -203,10 +203,10 @@ def test_fields_of_triangles_nodes_and_vectors(mesh, data, name, title):
     figure = mesh_figure(mesh, PlotOptions(color=name), data)
     x, y = mesh.points.T
     at_nodes = {"height": x - 2 * y, "flow": np.hypot(x, y)}
-    wanted = data.cells[name] if name == "count" else at_nodes[name][mesh.triangles].mean(axis=1)
-    assert np.allclose(triangles_of(figure).get_array(), wanted, rtol=1e-14)
+    expected = data.cells[name] if name == "count" else at_nodes[name][mesh.triangles].mean(axis=1)
+    assert np.allclose(triangles_of(figure).get_array(), expected, rtol=1e-14)
     assert figure.axes[1].get_xlabel().startswith(title) or figure.axes[1].get_ylabel().startswith(title)
-    assert triangles_of(figure).get_clim() == (wanted.min(), wanted.max())
+    assert triangles_of(figure).get_clim() == (expected.min(), expected.max())
 
 
 def test_values_that_are_no_numbers_have_no_colour(mesh, data):
@@ -466,11 +466,11 @@ def test_labels_regions_and_data_of_all_formats_are_found(name, mesh, data, tmp_
     assert np.array_equal(read.mesh.points, file.points)
     assert np.array_equal(read.mesh.triangles, file.triangles)
     if name not in {"su2", "fort.14", "gr3", "slf"}:  # which leave regions out
-        wanted = np.bincount(mesh.triangle_regions).tolist()
-        assert region_counts(read.mesh) == dict(zip(mesh.regions, wanted, strict=True))
+        expected = np.bincount(mesh.triangle_regions).tolist()
+        assert region_counts(read.mesh) == dict(zip(mesh.regions, expected, strict=True))
         (tmp_path / "a.labels.json").unlink(missing_ok=True)
         named = name.startswith(("msh", "xdmf", "inp", "med", "ngsolve", "dealii", "ugrid"))
-        bare = dict(zip(mesh.regions if named else ("region 6", "region 7"), wanted, strict=True))
+        bare = dict(zip(mesh.regions if named else ("region 6", "region 7"), expected, strict=True))
         assert region_counts(read_mesh(path).mesh) == bare
     if name in {"vtu", "vtk", "pvtu", "xdmf", "dat"}:
         assert np.allclose(read.cell_data["target_spacing"], fields["target_spacing"], rtol=1e-15)

@@ -203,7 +203,7 @@ def test_report_of_the_rounds_is_consistent(example):
     assert seconds.pop("total") == pytest.approx(sum(seconds.values()))
 
 
-def test_fields_are_quality_and_wanted_spacing(example):
+def test_fields_are_quality_and_target_spacing(example):
     name, result = example
     mesh = result.mesh
     q = [ratio_of(*sides_of(mesh.points.tolist(), triangle)) for triangle in mesh.triangles.tolist()]
