@@ -104,9 +104,9 @@ def check_net(domain, net):
     assert all((i, j) in sides and (j, i) in sides for i, j in two), "inner facets are edges of two triangles"
     assert len({frozenset(facet) for facet in one + two}) == len(net.facets), "a facet comes twice"
     assert set(net.facet_piece.tolist()) == set(range(len(domain.boundary.kind)))
-    found, wanted = region_of(domain, net), innermost(domain, x[triangles].mean(axis=1))
+    found, expected = region_of(domain, net), innermost(domain, x[triangles].mean(axis=1))
     if not domain.boundary.curved.any():
-        assert found.tolist() == wanted.tolist()
+        assert found.tolist() == expected.tolist()
         for k, region in enumerate(domain.parts.regions, start=1):
             inside = region.polygon.intersection(domain.polygon)
             for other in domain.parts.regions:
@@ -114,4 +114,4 @@ def check_net(domain, net):
                     inside = inside.difference(other.polygon)
             np.testing.assert_allclose(area[found == k].sum(), inside.area, rtol=1e-9)
     else:
-        assert (found == wanted).mean() > 0.97
+        assert (found == expected).mean() > 0.97

@@ -2,7 +2,7 @@
 
 
 def balanced(grid):
-    wanted = grid.unbalanced()
-    while (large := grid.among(wanted)).any():
+    needed = grid.unbalanced()
+    while (large := grid.among(needed)).any():
         grid, _, _ = grid.split(large)
     return grid

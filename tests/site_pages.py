@@ -23,7 +23,7 @@ class Block(NamedTuple):
     """A fenced block of a page, with the mark before it."""
 
     mark: str  # setup, not run, needs, or nothing
-    wanted: str  # what comes after the mark: a reason, or a name
+    detail: str  # what comes after the mark: a reason, or a name
     language: str
     text: str
 
@@ -36,7 +36,7 @@ class Block(NamedTuple):
     @property
     def runs(self):
         """Whether a reader of the page can do it on this machine."""
-        there = self.mark == "needs" and (shutil.which(self.wanted) or find_spec(self.wanted))
+        there = self.mark == "needs" and (shutil.which(self.detail) or find_spec(self.detail))
         return bool(there) or self.mark in ("", "begin", "end")
 
 

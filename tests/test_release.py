@@ -100,9 +100,9 @@ def test_the_version_has_one_place_and_all_others_agree():
 
 
 def test_the_recipe_asks_for_the_same_libraries():
-    asked = {**bounds(METADATA["dependencies"]), "python": METADATA["requires-python"].removeprefix(">=")}
+    required = {**bounds(METADATA["dependencies"]), "python": METADATA["requires-python"].removeprefix(">=")}
     conda = dict(line.split(" >=") for line in RECIPE["requirements"]["run"])
-    assert conda == {CONDA_NAMES.get(name, name): lowest for name, lowest in asked.items()}
+    assert conda == {CONDA_NAMES.get(name, name): lowest for name, lowest in required.items()}
     optional = bounds(requirement for extra in FOR_USERS for requirement in EXTRAS[extra])
     assert dict(line.split(" >=") for line in RECIPE["requirements"]["run_constraints"]) == optional
     (setuptools,) = PROJECT["build-system"]["requires"]

@@ -79,7 +79,7 @@ def partition(random: Random, outline: Shape, count: int, levels: int = 3) -> li
     cells = shapely.voronoi_polygons(shapely.MultiPoint(inside), extend_to=outline)
     borders = shapely.unary_union([cell.boundary for cell in cells.geoms])
     borders = shapely.intersection(shapely.line_merge(borders), outline)
-    wanted = len(polygons_of(shapely.polygonize([shapely.unary_union([borders, outline.boundary])])))
+    expected = len(polygons_of(shapely.polygonize([shapely.unary_union([borders, outline.boundary])])))
     faces: list[Shape] = []
     for amplitude in (0.15, 0.05, 0):
         moved = [
@@ -89,7 +89,7 @@ def partition(random: Random, outline: Shape, count: int, levels: int = 3) -> li
         ]
         edges = shapely.unary_union([*(shapely.intersection(line, outline) for line in moved), outline.boundary])
         faces = [face for face in polygons_of(shapely.polygonize([edges])) if outline.contains(face.point_on_surface())]
-        if len(faces) == wanted:
+        if len(faces) == expected:
             break
     return faces
 

@@ -103,8 +103,8 @@ def _area_wrong(row: Row, task: Row) -> list[str]:
     if row["outcome"] == REFUSED or areas is None or not key.keys() <= {"part", "regions"}:
         return []
     part = key.get("part", "all")
-    wanted = {"all": sum(areas), "largest": areas[0]}.get(part) if isinstance(part, str) else areas[part]
-    error = row["area"] / wanted - 1
+    expected = {"all": sum(areas), "largest": areas[0]}.get(part) if isinstance(part, str) else areas[part]
+    error = row["area"] / expected - 1
     return [f"the area differs from the file's by {error:.1e}"] if abs(error) > task["tolerance"] else []
 
 

@@ -60,10 +60,10 @@ class Sides:
 
     def apex(self, edges: Integers) -> Integers:
         """Third nodes (k,) of the triangles on the left of edges (k, 2); -1 where there is none."""
-        wanted = edges[:, 0] * self.nodes + edges[:, 1]
-        at = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
+        sought = edges[:, 0] * self.nodes + edges[:, 1]
+        at = np.minimum(np.searchsorted(self._keys, sought), len(self._keys) - 1)
         side = self._order[at]
-        return np.where(self._keys[at] == wanted, self.triangles[side // 3, (side + 2) % 3], -1)
+        return np.where(self._keys[at] == sought, self.triangles[side // 3, (side + 2) % 3], -1)
 
 
 def wrong(made: Made, keys: Mapping[str, Any]) -> list[str]:

@@ -64,8 +64,8 @@ def boundary_nodes(boundary: Boundary, spacing: Spacing, minimum: float) -> tupl
         nodes = np.concatenate([[0], np.cumsum(length / steps / d)])
         closed = bool(boundary.closed[piece])
         intervals = max(round(nodes[-1]), 3 if closed else 1)
-        wanted = np.arange(0 if closed else 1, intervals) * nodes[-1] / intervals
-        lengths.append(np.interp(wanted, nodes, np.linspace(0, length, steps + 1)))
-        pieces.append(np.full(len(wanted), piece))
+        sought = np.arange(0 if closed else 1, intervals) * nodes[-1] / intervals
+        lengths.append(np.interp(sought, nodes, np.linspace(0, length, steps + 1)))
+        pieces.append(np.full(len(sought), piece))
     piece, s = np.concatenate(pieces), np.concatenate(lengths)
     return np.vstack([boundary.corners, boundary.points(piece, s)]), boundary.edges(piece, s)[0]

@@ -171,8 +171,8 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--each", type=int, default=200, help="how many of each kind")
     parser.add_argument("--kind", default="", help="what the kinds begin with")
     options = parser.parse_args(arguments)
-    wanted = [task for task in tasks(options.each) if task["kind"].startswith(options.kind)]
-    rows = completed(partial(read_one, seeds()), row_of, wanted, options)
+    chosen = [task for task in tasks(options.each) if task["kind"].startswith(options.kind)]
+    rows = completed(partial(read_one, seeds()), row_of, chosen, options)
     findings = [row for row in rows if row["outcome"] == "finding"]
     print(*counted_outcomes(rows), *(f"{row['name']}: {row['why']}" for row in findings), sep="\n")
     note("fuzz, " + options.kind if options.kind else "fuzz", {"trials": len(rows), "wrong": len(findings)})

@@ -112,5 +112,5 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--domains", type=int, default=2000)
     parser.add_argument("--most", type=int, help="how many of all cases to mesh")
     options = parser.parse_args(arguments)
-    wanted = list(tasks(options.glyphs, options.domains))[: options.most]
-    print(*counted_outcomes(completed(mesh_one, row_of, wanted, options)), sep="\n")
+    chosen = list(tasks(options.glyphs, options.domains))[: options.most]
+    print(*counted_outcomes(completed(mesh_one, row_of, chosen, options)), sep="\n")

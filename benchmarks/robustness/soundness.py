@@ -33,9 +33,9 @@ def faults(points: Any, triangles: Any, facets: Any, area: float | None) -> list
     rounding = ROUNDING * np.abs(points).max() ** 2 * np.sqrt(n)
     rim = points[facets]
     polygon = np.sum(rim[:, 0, 0] * rim[:, 1, 1] - rim[:, 0, 1] * rim[:, 1, 0]) / 2
-    for what, wanted in (("polygon of the boundary nodes", polygon), ("domain", area)):
-        if wanted is not None and abs(total - wanted) > AREA * abs(wanted) + rounding:
-            found.append(f"the area differs from that of the {what} by {total / wanted - 1:.1e}")
+    for what, expected in (("polygon of the boundary nodes", polygon), ("domain", area)):
+        if expected is not None and abs(total - expected) > AREA * abs(expected) + rounding:
+            found.append(f"the area differs from that of the {what} by {total / expected - 1:.1e}")
     if shapely.STRtree(shapely.linestrings(rim)).query(shapely.linestrings(rim), predicate="crosses").size:
         found.append("boundary edges cross")
     return found

@@ -90,7 +90,7 @@ class Columns:
         return np.array([ladder.first for ladder in self.ladders])[self.ladder]
 
     @property
-    def wanted(self) -> Integers:
+    def requested(self) -> Integers:
         """Number (c,) of layers that are asked for."""
         return np.array([ladder.count for ladder in self.ladders])[self.ladder]
 

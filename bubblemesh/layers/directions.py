@@ -29,8 +29,8 @@ def fan(ladder: Ladder, normal: Floats, angle: float, spacing: float, *, is_corn
     turn = angle - np.pi
     if turn <= FAN or not ((ladder.fans and is_corner) or turn > TIP):
         return None
-    wanted = turn * float(ladder.thickness_below(np.array(spacing))) / spacing
-    steps = int(np.clip(np.ceil(wanted), np.ceil(turn / WIDEST), np.ceil(turn / NARROWEST)))
+    ideal = turn * float(ladder.thickness_below(np.array(spacing))) / spacing
+    steps = int(np.clip(np.ceil(ideal), np.ceil(turn / WIDEST), np.ceil(turn / NARROWEST)))
     return turned(np.tile(normal, (steps + 1, 1)), -turn * np.arange(steps + 1) / steps)
 
 
@@ -54,7 +54,7 @@ def on_curves(columns: Columns, walls: Walls, on_curve: Booleans, turns: Floats)
 def blended(columns: Columns, free: Booleans, smooth: Booleans, normals: Floats) -> Columns:
     """The columns with directions that change gradually along the wall, where layers are thick beside its edges.
 
-    They turn from the direction at the foot above the first layer, so that its height is the wanted one. Heights are
+    They turn from the direction at the foot above the first layer, so that its height is the requested one. Heights are
     those above the edges beside a column, or the curve that it stands on, if that is ``smooth``.
     """
     (i, j), normal = columns.pair[columns.apart].T, normals[columns.side[columns.apart]]

@@ -24,7 +24,7 @@ from bubblemesh.records import record
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
 FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
 MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not what makes sizes jump
-NEARLY = 0.05  # relative difference of a first height from the wanted one
+NEARLY = 0.05  # relative difference of a first height from the requested one
 ENDED = "something is in their way, or they end one by one at an end of the wall"
 
 
@@ -159,13 +159,13 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     columns, heights = strips.columns, strips.heights
     which = each_once(columns.pair[mine].ravel())
     count, factor = heights.count[which], heights.factor[which]
-    full = (count >= heights.wanted[which]) & (factor == 1)
+    full = (count >= heights.requested[which]) & (factor == 1)
     low = low_columns(strips, which)
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
     beyond = np.flatnonzero(mine & columns.apart & np.isfinite(across))
     jump = median(across[beyond]) if len(beyond) else None
-    wanted = int(heights.wanted[which[columns.ladder[which] == number]].max(initial=0))
-    advised = _advised(ladder, wanted, jump)
+    requested = int(heights.requested[which[columns.ladder[which] == number]].max(initial=0))
+    advised = _advised(ladder, requested, jump)
     return LabelLayers(
         label=label,
         region=ladder.region,
@@ -176,7 +176,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         growth=ladder.growth,
         first=_first_heights(first, length),
         count={
-            "wanted": wanted,
+            "wanted": requested,
             "least": int(count.min()),
             "most": int(count.max()),
         },
@@ -203,11 +203,11 @@ def _farthest(strips: Strips, pairs: Integers, ratio: Floats) -> dict[str, Any] 
     return {"ratio": float(ratio.max()), "at": tuple(front.mean(axis=0).tolist())}
 
 
-def _advised(ladder: Ladder, wanted: int, jump: float | None) -> int | None:
-    """Number of layers with which a jump from the last of so many ``wanted`` ones would be none, if there is one."""
+def _advised(ladder: Ladder, requested: int, jump: float | None) -> int | None:
+    """Number of layers with which a jump from the last of so many ``requested`` ones would be none, if there is one."""
     if jump is None or jump <= LARGEST_JUMP or ladder.isotropic or ladder.by_thickness or ladder.growth <= 1:
         return None
-    count = wanted + int(np.ceil(np.log(jump) / np.log(ladder.growth)))
+    count = requested + int(np.ceil(np.log(jump) / np.log(ladder.growth)))
     return count if count <= MOST_LAYERS else None
 
 
@@ -235,7 +235,7 @@ def _lengths_beside(columns: Columns, mine: Booleans) -> Floats:
 
 
 def _first_heights(first: Floats, length: Floats) -> dict[str, float]:
-    """Figures of first heights (k, 2) over the wanted one, at edges of lengths (k,); none without any edge."""
+    """Figures of first heights (k, 2) over the requested one, at edges of lengths (k,); none without any edge."""
     if len(length) == 0:
         return {}
     ratio = first[first > 0]
@@ -247,8 +247,8 @@ def _first_heights(first: Floats, length: Floats) -> dict[str, float]:
     }
 
 
-def _first_layer(strips: Strips, wanted: float, pairs: Integers) -> tuple[Floats, Floats, Floats, float]:
-    """First heights (k, 2) at both ends of edges of the wall over the ``wanted`` one, and lengths (k,) of these edges.
+def _first_layer(strips: Strips, requested: float, pairs: Integers) -> tuple[Floats, Floats, Floats, float]:
+    """First heights (k, 2) at both ends of edges of the wall over the ``requested`` one, and these edges' lengths (k,).
 
     Then the angles in degrees between columns and edges where there are any layers, and the largest aspect ratio.
     """
@@ -266,7 +266,7 @@ def _first_layer(strips: Strips, wanted: float, pairs: Integers) -> tuple[Floats
         angles.append(90 - np.abs(np.degrees(np.arcsin(np.clip(cosine, -1, 1)))))
     height = found.max(axis=1)
     aspect = length[height > 0] / height[height > 0]
-    return found / wanted, length, np.concatenate(angles), float(aspect.max(initial=0.0))
+    return found / requested, length, np.concatenate(angles), float(aspect.max(initial=0.0))
 
 
 def beyond_fronts(rest: Rest, net: Net) -> Floats:

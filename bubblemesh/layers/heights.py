@@ -29,7 +29,7 @@ class Heights:
     """Heights of the columns."""
 
     most: Most
-    wanted: Integers  # (c,): number of layers that are asked for
+    requested: Integers  # (c,): number of layers that are asked for
     count: Integers  # (c,): number of layers that there are
     factor: Floats  # (c,): of the heights of these, at most 1
 
@@ -40,10 +40,10 @@ def heights(columns: Columns, room: Floats, possible: Most) -> Heights:
     Where few layers have room they are compressed, but in hollows of short edges and beside: else those along much of
     the wall would be so, too.
     """
-    most, (wanted, fitting) = possible.count, np.zeros((2, len(columns)), np.int64)
+    most, (requested, fitting) = possible.count, np.zeros((2, len(columns)), np.int64)
     for number, ladder in enumerate(columns.ladders):
         mine = np.flatnonzero(columns.ladder == number)
-        wanted[mine] = np.maximum(most[mine], 1) if ladder.isotropic else ladder.count
+        requested[mine] = np.maximum(most[mine], 1) if ladder.isotropic else ladder.count
         fitting[mine] = np.searchsorted(ladder.tops, room[mine] * (1 + ROUNDING), side="right") - 1
     bound = gradual(columns, np.where(columns.are_in_hollows, np.minimum(fitting, most), most))
     few = np.minimum(FEWEST, most)
@@ -52,7 +52,7 @@ def heights(columns: Columns, room: Floats, possible: Most) -> Heights:
     squeezed[few == 0] = 1.0
     count = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most))
     factor = np.where(fitting < few, np.maximum(squeezed, LEAST), 1.0)
-    return Heights(possible, wanted, *_gradual(columns, count, factor))
+    return Heights(possible, requested, *_gradual(columns, count, factor))
 
 
 def gradual(columns: Columns, count: Integers) -> Integers:
@@ -85,7 +85,7 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
     is higher in it than it is wide in it. Columns that part end before they are much farther from each other than the
     spacing. All columns of a fan are as wide as those beside it.
     """
-    most, spaced, at_foot = np.zeros(len(columns), np.int64), columns.wanted.copy(), widest_beside(columns, 0.0)
+    most, spaced, at_foot = np.zeros(len(columns), np.int64), columns.requested.copy(), widest_beside(columns, 0.0)
     for number, ladder in enumerate(columns.ladders):
         going = np.flatnonzero(columns.ladder == number)
         for height, top in zip(ladder.heights, ladder.tops[1:], strict=True):

@@ -73,11 +73,11 @@ def low_columns(strips: Strips, which: Integers) -> dict[str, Booleans]:
     """
     columns, heights, every = strips.columns, strips.heights, np.arange(len(strips.columns))
     bare = (heights.most.count == 0) & columns.are_isotropic & ~columns.ends
-    asked = np.where(columns.ends | bare, 0, heights.wanted)
-    beside_ends = gradual(columns, np.where(columns.ends, 0, heights.wanted.max(initial=0)))
-    due, by_spacing = (gradual(columns, count) for count in (asked, np.minimum(asked, heights.most.spaced)))
+    requested = np.where(columns.ends | bare, 0, heights.requested)
+    beside_ends = gradual(columns, np.where(columns.ends, 0, heights.requested.max(initial=0)))
+    due, by_spacing = (gradual(columns, count) for count in (requested, np.minimum(requested, heights.most.spaced)))
     low = strips.reached < LOW * columns.tops(every, due)
-    excused = ~(low | bare) & (strips.reached < LOW * columns.tops(every, np.minimum(asked, beside_ends)))
+    excused = ~(low | bare) & (strips.reached < LOW * columns.tops(every, np.minimum(requested, beside_ends)))
     as_neighbours = excused | (low & _have_all(strips, due))
     as_spaced = low & ~as_neighbours & _have_all(strips, by_spacing)
     others = low & ~as_neighbours & ~as_spaced
@@ -92,7 +92,7 @@ def _have_all(strips: Strips, most: Integers) -> Booleans:
     """
     columns, heights, every = strips.columns, strips.heights, np.arange(len(strips.columns))
     room = spread(columns, columns.tops(every, most))
-    one_more = columns.tops(every, np.minimum(heights.count + 1, columns.wanted))
+    one_more = columns.tops(every, np.minimum(heights.count + 1, columns.requested))
     return (heights.factor == 1) & ((heights.count >= most) | (one_more > room))
 
 

@@ -18,10 +18,10 @@ def _keys(i: Integers, j: Integers, n: int) -> Integers:
     return i.astype(np.int64, copy=False) * n + j
 
 
-def find_keys(keys: Integers, wanted: Integers) -> Integers:
-    """Places (m,) of the wanted keys (m,) among ascending ones (k,), at least one; -1 for a key that is not there."""
-    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    return np.where(keys[place] == wanted, place, -1)
+def find_keys(keys: Integers, sought: Integers) -> Integers:
+    """Places (m,) of the sought keys (m,) among ascending ones (k,), at least one; -1 for a key that is not there."""
+    place = np.minimum(np.searchsorted(keys, sought), len(keys) - 1)
+    return np.where(keys[place] == sought, place, -1)
 
 
 def directed_sides(triangles: Integers) -> Integers:
@@ -67,10 +67,10 @@ def find_sides(triangles: Integers, n: int, pairs: Integers) -> tuple[Integers, 
     And its number (m,) there: 0, 1 or 2; both are -1 for a pair (m, 2) that is no side. Where pairs are few this takes
     much less than a `SideTable`.
     """
-    wanted, which = np.unique(edge_keys(pairs, n), return_inverse=True)
-    found = np.full((2, len(wanted)), -1)
-    for number in range(3 if len(wanted) else 0):
-        place = find_keys(wanted, _keys(triangles[:, number], triangles[:, (number + 1) % 3], n))
+    sought, which = np.unique(edge_keys(pairs, n), return_inverse=True)
+    found = np.full((2, len(sought)), -1)
+    for number in range(3 if len(sought) else 0):
+        place = find_keys(sought, _keys(triangles[:, number], triangles[:, (number + 1) % 3], n))
         triangle = np.flatnonzero(place >= 0)
         found[0, place[triangle]], found[1, place[triangle]] = triangle, number
     triangle, side = found[:, which.ravel()]

@@ -114,9 +114,9 @@ def _facet_nodes(found: Any) -> Integers:
     return node[found.topology.connectivity(1, 0).array.reshape(-1, 2)]
 
 
-def _rows_of(wanted: Integers, pairs: Integers, n: int) -> Integers:
-    """Row (m,) of each wanted pair (m, 2) of nodes among the pairs (k, 2), in either direction; -1 for others."""
+def _rows_of(sought: Integers, pairs: Integers, n: int) -> Integers:
+    """Row (m,) of each sought pair (m, 2) of nodes among the pairs (k, 2), in either direction; -1 for others."""
     keys = edge_keys(np.sort(pairs, axis=1), n)
     order = np.argsort(keys)
-    place = find_keys(keys[order], edge_keys(np.sort(wanted, axis=1), n))
+    place = find_keys(keys[order], edge_keys(np.sort(sought, axis=1), n))
     return np.where(place < 0, -1, order[place])

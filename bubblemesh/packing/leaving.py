@@ -38,11 +38,11 @@ def _outside(x: Floats, triangles: Integers, facets: Integers, rim: Integers) ->
     fixed = int(facets.max()) + 1
     beside = triangles[(triangles < fixed).sum(axis=1) == 2]
     turned = beside[turns(*(x[beside[:, k]] for k in range(3))) <= 0]
-    asked = each_once(turned[turned >= fixed])
-    if len(asked) > MOST_LOST:
+    tested = each_once(turned[turned >= fixed])
+    if len(tested) > MOST_LOST:
         return None
-    p, a, b = x[asked][:, None], x[rim[:, 0]], x[rim[:, 1]]
-    turn = turns(a, b, np.broadcast_to(p, (len(asked), *a.shape)))
+    p, a, b = x[tested][:, None], x[rim[:, 0]], x[rim[:, 1]]
+    turn = turns(a, b, np.broadcast_to(p, (len(tested), *a.shape)))
     beside_it = ((np.minimum(a, b) <= p) & (p <= np.maximum(a, b))).any(axis=-1)
     if (beside_it & (turn == 0)).any():
         return None
@@ -50,5 +50,5 @@ def _outside(x: Floats, triangles: Integers, facets: Integers, rim: Integers) ->
     upwards = b[:, 1] > a[:, 1]
     crossed = ((a[:, 1] > p[..., 1]) != (b[:, 1] > p[..., 1])) & ((turn > 0) == upwards)
     lost = np.zeros(len(x), bool)
-    lost[asked[crossed.sum(axis=1) % 2 == 0]] = True
+    lost[tested[crossed.sum(axis=1) % 2 == 0]] = True
     return lost

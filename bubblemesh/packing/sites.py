@@ -111,9 +111,9 @@ class Sites:
         length = np.hypot(*along.T)
         height = np.einsum("ij,ij->i", centre - middle, inward)
         if self.angle > 0:
-            wanted = ALMOST * length / (2 * np.tan(np.radians(self.angle) / 2))
-            nearer = faults.sharp & ~(height <= wanted)  # a flat triangle's is no number
-            height = np.where(nearer, wanted, height)
+            highest = ALMOST * length / (2 * np.tan(np.radians(self.angle) / 2))
+            nearer = faults.sharp & ~(height <= highest)  # a flat triangle's is no number
+            height = np.where(nearer, highest, height)
         points = middle + height[:, None] * inward
         astray = ~np.isfinite(points).all(axis=1)
         points[astray] = other[astray]

@@ -186,19 +186,19 @@ def is_tall(box: View, options: PlotOptions) -> bool:
 def _sheet(box: View, options: PlotOptions, down: int = 1, across: int = 1) -> tuple[Figure, float]:
     """A figure with room for some panels, and the inches that a unit of length takes; empty room is cut off later."""
     width, height = box[2] - box[0], box[3] - box[1]
-    asked, dpi = options.whole_width, options.dpi or options.look.dpi
+    whole_width, dpi = options.whole_width, options.dpi or options.look.dpi
     long_side = options.look.long_side / MM_PER_INCH
-    if asked is None:
+    if whole_width is None:
         inches = long_side / max(width, height)
         size = (across * (max(width * inches, 2.5) + 1.2), down * (max(height * inches, 2.0) + 1.0))
     else:
-        inches = min(asked / MM_PER_INCH / width, long_side / height)
-        size = (asked / MM_PER_INCH, down * (height * inches + 1.5))
+        inches = min(whole_width / MM_PER_INCH / width, long_side / height)
+        size = (whole_width / MM_PER_INCH, down * (height * inches + 1.5))
     if max(size) * dpi > MOST_PIXELS:
         raise PlotOptionError(
             "dpi", f"the picture would be {max(size) * dpi:.0f} pixels long: at most {MOST_PIXELS} are drawn"
         )
-    pads: Any = {} if asked is None else {"w_pad": 0.01, "h_pad": 0.02}
+    pads: Any = {} if whole_width is None else {"w_pad": 0.01, "h_pad": 0.02}
     figure = Figure(figsize=size, dpi=dpi, layout=ConstrainedLayoutEngine(**pads))
     FigureCanvasAgg(figure)
     return figure, inches

@@ -53,7 +53,7 @@ class Scales:
 
     def at(self, aim: float) -> float:
         """The scale for a number of nodes between the ends."""
-        # Imported here since it takes longer than meshing a small case, and most cases have no wanted number.
+        # Imported here since it takes longer than meshing a small case, and most cases request no number.
         from scipy.optimize import brentq
 
         guess = (self.rough(0.0) - aim) / 2  # where the number goes with the inverse square of the scale

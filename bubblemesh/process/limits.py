@@ -117,7 +117,7 @@ class MemoryLimit:
 
     _lock = Lock()
     _before: tuple[int, int] | None = None  # the system's limits without ours
-    _wanted: "list[MemoryLimit]" = []  # noqa: RUF012 - of the whole process
+    _active: "list[MemoryLimit]" = []  # noqa: RUF012 - of the whole process
 
     def __init__(self, megabytes: float | None, place: str) -> None:
         self.megabytes, self._place = megabytes, place
@@ -138,19 +138,19 @@ class MemoryLimit:
         with self._lock:
             if MemoryLimit._before is None:
                 MemoryLimit._before = resource.getrlimit(resource.RLIMIT_DATA)
-            self._wanted.append(self)
+            self._active.append(self)
             self._apply()
 
     def end(self) -> None:
         """Limit the memory no more."""
         with self._lock:
-            if self in self._wanted:
-                self._wanted.remove(self)
+            if self in self._active:
+                self._active.remove(self)
                 self._apply()
 
     def error(self, cause: BaseException) -> LimitError | None:
         """The error of a run that this limit has ended by another error, if it has."""
-        if self not in self._wanted or not _lacks_memory(cause):
+        if self not in self._active or not _lacks_memory(cause):
             return None
         return self._error(f"more than the limit of {self.megabytes:g} MB is needed: coarsen the spacing or raise it")
 
@@ -165,9 +165,9 @@ class MemoryLimit:
         assert MemoryLimit._before is not None
         soft, hard = MemoryLimit._before
         given = [value for value in (soft, hard) if value != resource.RLIM_INFINITY]
-        least = min([*given, *(limit._data for limit in self._wanted)], default=soft)
-        resource.setrlimit(resource.RLIMIT_DATA, (least if self._wanted else soft, hard))
-        if not self._wanted:
+        least = min([*given, *(limit._data for limit in self._active)], default=soft)
+        resource.setrlimit(resource.RLIMIT_DATA, (least if self._active else soft, hard))
+        if not self._active:
             MemoryLimit._before = None
 
 

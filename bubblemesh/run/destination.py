@@ -205,14 +205,14 @@ def destination_beside(
     triangles, or would be too many files; FileError if a file would be written twice, one of the inputs be
     overwritten, or something that is not a file has a name to write.
     """
-    asked, output = options.formats, options.output
-    formats = _distinct(asked or keys.formats)
+    requested, output = options.formats, options.output
+    formats = _distinct(requested or keys.formats)
     if output == "":
         raise CaseError("-o: the name is empty: name a folder, a file, or - for the standard output")
     if output is not None:
         folder = Path(output)
         if _is_file(output):
-            formats = (_format_of(folder, asked, keys.formats),)
+            formats = (_format_of(folder, requested, keys.formats),)
             options.require_only(formats[0])
             folder, name = folder.parent, stem_of(folder.name, formats[0])
     require_order(formats, keys.order)
@@ -307,15 +307,15 @@ def _is_file(output: str) -> bool:
     return (path.suffix != "" or path.name.startswith(".")) and not is_folder
 
 
-def _format_of(path: Path, asked: tuple[FormatName, ...], liked: tuple[FormatName, ...]) -> FormatName:
+def _format_of(path: Path, requested: tuple[FormatName, ...], liked: tuple[FormatName, ...]) -> FormatName:
     """The format of a file by its ending: one of those asked for, else one that the case names, else any."""
     fitting = formats_by_ending(path.name)
     if not fitting:
         raise unknown_ending(f"-o {path}", "; the name of a folder ends with a slash")
-    if asked:
-        both = [name for name in fitting if name in asked]
+    if requested:
+        both = [name for name in fitting if name in requested]
         if not both:
-            option = f"--format or --for asks for {' or '.join(asked)}"
+            option = f"--format or --for asks for {' or '.join(requested)}"
             raise CaseError(f"-o {path}: its ending asks for {fitting[0]}, {option}: drop one of them")
         return both[0]
     return next((name for name in fitting if name in liked), fitting[0])

@@ -30,7 +30,7 @@ from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 from bubblemesh.run.verdict import verdict
 
-MOST_MESHES = 8  # until one has the wanted number of nodes
+MOST_MESHES = 8  # until one has the requested number of nodes
 MOST_BY_ROWS = 4  # of them with whole rows of nodes, if there are any
 
 
@@ -164,14 +164,14 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
 
 
 def _best(packings: Sequence[Packing]) -> Packing:
-    """The packing that is nearest to the wanted number of nodes, of those that were not cut short if there are any."""
+    """The packing that is nearest to the requested number of nodes, of those that were not cut short if any."""
     target = packings[0].problem.node_target
-    wanted = packings[0].nodes if target is None else target.nodes
-    return min(packings, key=lambda packing: (packing.clock.over, abs(packing.nodes - wanted)))
+    requested = packings[0].nodes if target is None else target.nodes
+    return min(packings, key=lambda packing: (packing.clock.over, abs(packing.nodes - requested)))
 
 
 def _node_target_row(best: Packing, packings: Sequence[Packing]) -> NodeTargetRow | None:
-    """What the report tells of the wanted number of nodes, if there is one."""
+    """What the report tells of the requested number of nodes, if there is one."""
     target = best.problem.node_target
     attempts = tuple({"scale": packing.scale, "nodes": packing.nodes} for packing in packings)
     return None if target is None else NodeTargetRow(target.nodes, best.scale, attempts)

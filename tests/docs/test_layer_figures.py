@@ -52,7 +52,7 @@ def test_figures_are_those_of_a_mesh_in_rows():
     assert found.aspect == pytest.approx(WIDTH / FIRST)
 
 
-def test_figures_tell_what_differs_from_the_wanted_layers():
+def test_figures_tell_what_differs_from_the_requested_layers():
     other = measured(structured(2 * FIRST * 1.2 ** np.arange(COUNT), lean=FIRST), PLATE)
     assert other.mean == pytest.approx(2)
     assert other.growth == pytest.approx(1.2)

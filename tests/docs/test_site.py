@@ -90,7 +90,7 @@ def test_parts_of_cases_have_keys_that_cases_have(page, text):
 def test_blocks_that_are_not_run_say_why():
     marked = [block for page in PAGES for block in all_blocks(page) if not block.runs]
     assert {block.mark for block in marked} <= {"setup", "not run", "needs"}
-    assert all(block.wanted for block in marked if block.mark != "setup")
+    assert all(block.detail for block in marked if block.mark != "setup")
 
 
 @pytest.mark.long

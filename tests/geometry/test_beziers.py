@@ -97,9 +97,9 @@ def test_a_curve_keeps_its_course_run_backwards_and_moved():
 def test_a_ring_encloses_the_area_of_its_curves_as_nearly_as_one_of_splines(curve):
     (knots,) = splines([lambda t: np.array([at(curve, u) for u in t])])[0]
     start, first, second, end = curve
-    wanted = area([curve, np.linspace(curve[-1], curve[0], 4)])
+    expected = area([curve, np.linspace(curve[-1], curve[0], 4)])
     exact, spline = (
-        abs(Domain.of(path(start, [piece])).polygon.area / wanted - 1)
+        abs(Domain.of(path(start, [piece])).polygon.area / expected - 1)
         for piece in (BezierTo(end, first, second), SplineTo(knots[1:].tolist()))
     )
     assert exact < 1e-4

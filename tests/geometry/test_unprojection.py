@@ -31,9 +31,9 @@ def test_places_beyond_the_table_are_exact():
     plane = Plane("EPSG:4326", None, (-3.0, 50.0))
     unprojection = Unprojection(plane, (-1e4, -1e4, 1e4, 1e4))
     x, y = np.array([0.0, 5e4, -9e5]), np.array([0.0, 5e4, 9e5])
-    found, wanted = np.column_stack(unprojection(x, y)), plane.given(np.column_stack([x, y]))
-    np.testing.assert_array_equal(found[1:], wanted[1:])
-    np.testing.assert_allclose(found[0], wanted[0], atol=1e-6)
+    found, expected = np.column_stack(unprojection(x, y)), plane.given(np.column_stack([x, y]))
+    np.testing.assert_array_equal(found[1:], expected[1:])
+    np.testing.assert_allclose(found[0], expected[0], atol=1e-6)
     x, y = x[:1], y[:1]
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(unprojection))(x, y), unprojection(x, y))
 

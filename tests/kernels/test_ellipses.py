@@ -189,8 +189,8 @@ def test_shapes_cost_by_their_eighth_power_and_bad_ones_by_their_fourth(height):
     inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
     own = Metrics(corners, np.repeat([[1.0, 0, 1.0]], 3, axis=0), np.zeros((3, 6)))
     power = eta(corners, triangle)[0] ** 4
-    wanted = power**2 / 2 if power <= BEND else BEND**2 / 2 + BEND * (power - BEND)
-    assert costs_in(corners, triangle, inside, own, 0.0)[0] == pytest.approx(wanted)
+    expected = power**2 / 2 if power <= BEND else BEND**2 / 2 + BEND * (power - BEND)
+    assert costs_in(corners, triangle, inside, own, 0.0)[0] == pytest.approx(expected)
 
 
 @needs_compiler

@@ -115,7 +115,7 @@ def test_a_convex_corner_has_a_fan_unless_it_is_plain(corners, columns):
     assert row_of(result, "box")["first"]["kept"] == 1
 
 
-def test_a_concave_corner_has_one_column_and_the_wanted_heights_above_both_walls():
+def test_a_concave_corner_has_one_column_and_the_requested_heights_above_both_walls():
     mesh = run(CHANNEL, {"on": ["bottom", "left"], **FIVE}).mesh
     assert has_nodes(mesh, [(top, top) for top in TOPS])
 

@@ -1,4 +1,4 @@
-"""Layers on random walls: always a sound mesh, with the wanted heights where nothing is in the way."""
+"""Layers on random walls: always a sound mesh, with the requested heights where nothing is in the way."""
 
 import json
 
@@ -24,7 +24,7 @@ def test_layers_on_random_walls_are_sound(seed):
 
 
 def first_heights(strips):
-    """Length of the walls with the wanted first height to 5 % at both ends, and of all where nothing is in the way."""
+    """Length of walls with the requested first height to 5 % at both ends, and of all where nothing is in the way."""
     columns, heights = strips.columns, strips.heights
     kept = free = 0.0
     for pair in np.flatnonzero(~columns.fan):
@@ -33,10 +33,10 @@ def first_heights(strips):
             continue
         (ax, ay), (bx, by) = columns.at[ends].tolist()
         length = np.hypot(bx - ax, by - ay)
-        wanted = [columns.ladders[k].first for k in columns.ladder[ends]]
+        requested = [columns.ladders[k].first for k in columns.ladder[ends]]
         above = [
             ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / length for x, y in strips.x[strips.first[ends]].tolist()
         ]
         free += length
-        kept += length if np.allclose(above, wanted, rtol=0.05, atol=0) else 0.0
+        kept += length if np.allclose(above, requested, rtol=0.05, atol=0) else 0.0
     return kept, free

@@ -32,8 +32,8 @@ def test_areas_and_constants_are_exact_on_any_parts(across):
     np.testing.assert_allclose(cell_means(points, triangles, lambda x, y: 0 * x + 7, across), 7)
     # The three means of a triangle have the mean that a linear function has on it.
     means = cell_means(points, triangles, lambda x, y: 1 + 2 * x - 3 * y, across)
-    wanted = 1 + points[triangles].mean(axis=1) @ [2, -3]
-    np.testing.assert_allclose(means[triangles].mean(axis=1), wanted)
+    expected = 1 + points[triangles].mean(axis=1) @ [2, -3]
+    np.testing.assert_allclose(means[triangles].mean(axis=1), expected)
 
 
 def test_nodes_of_no_triangle_have_none():

@@ -107,8 +107,8 @@ def test_what_is_written_is_read_back(form, tmp_path):
     np.testing.assert_array_equal(found.depth, mesh.depth)
     inner = form in ("2dm", "ugrid")
     assert facets_by_places(found) == facets_by_places(mesh if inner else rim(mesh))
-    wanted = cells_by_places(mesh if form in HOLD_QUADS else mesh.in_triangles())
-    assert cells_by_places(found) == (wanted if inner else dict.fromkeys(wanted, "domain"))
+    expected = cells_by_places(mesh if form in HOLD_QUADS else mesh.in_triangles())
+    assert cells_by_places(found) == (expected if inner else dict.fromkeys(expected, "domain"))
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -139,8 +139,8 @@ def test_a_grid_has_its_sections(form, land, island, tmp_path):
         [[float(word) for word in line.split()] for line in nodes],
         np.column_stack([np.arange(1, counts[1] + 1), mesh.points, mesh.depth]),
     )
-    wanted = np.insert(mesh.triangles + 1, 0, 3, axis=1)
-    np.testing.assert_array_equal([[int(word) for word in line.split()][1:] for line in cells], wanted)
+    expected = np.insert(mesh.triangles + 1, 0, 3, axis=1)
+    np.testing.assert_array_equal([[int(word) for word in line.split()][1:] for line in cells], expected)
     rest = iter(lines[2 + sum(counts) :])
 
     def section(width):

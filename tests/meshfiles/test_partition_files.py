@@ -104,11 +104,11 @@ def test_tags_of_format_2(form, tmp_path):
         holders[triangle].append(-part - 1)
     if form == "msh":
         holders = [[] for _ in mesh.triangles]
-    wanted = [
+    expected = [
         [number, number, 1 + len(ghosts), part + 1, *ghosts]
         for number, part, ghosts in zip(region_ids(mesh).tolist(), mesh.partition.owner.tolist(), holders, strict=True)
     ]
-    assert found[2] == wanted
+    assert found[2] == expected
     facets = mesh.partition.owner[mesh.sides[:, 0]] + 1
     assert found[1] == [[k, k, 1, part] for k, part in zip(facet_ids(mesh).tolist(), facets.tolist(), strict=True)]
     points = mesh.partition.node_owner[mesh.labelled_nodes] + 1
@@ -187,10 +187,10 @@ def test_xdmf_has_attributes_of_cells_and_nodes(tmp_path):
 
 def test_tables_of_nodes_have_their_owner(tmp_path):
     mesh = made()
-    wanted = mesh.partition.node_owner.tolist()
+    expected = mesh.partition.node_owner.tolist()
     rows = list(csv.DictReader(written(mesh, tmp_path / "a", "nodes.csv").read_text().splitlines()))
-    assert [int(row["owner"]) for row in rows] == wanted
-    assert np.load(written(mesh, tmp_path / "b", "nodes.npz"))["owner"].tolist() == wanted
+    assert [int(row["owner"]) for row in rows] == expected
+    assert np.load(written(mesh, tmp_path / "b", "nodes.npz"))["owner"].tolist() == expected
 
 
 def test_all_pieces_are_named_by_what_writes_them(tmp_path):

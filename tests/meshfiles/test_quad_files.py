@@ -43,11 +43,11 @@ def test_cells_labels_and_regions_are_read_back(form, order, tmp_path):
     )
     assert len(found.triangles) == len(mesh.triangles)
     assert len(found.quads) == len(mesh.quads)
-    wanted = cells_by_places(mesh)
+    expected = cells_by_places(mesh)
     regions = cells_by_places(found)
-    assert regions.keys() == wanted.keys()
+    assert regions.keys() == expected.keys()
     if form not in WITHOUT_REGIONS:
-        assert regions == wanted
+        assert regions == expected
     if form not in WITHOUT_FACETS:
         rim = dataclasses.replace(mesh, facets=mesh.facets[mesh.outer], facet_labels=mesh.facet_labels[mesh.outer])
         assert facets_by_places(found) == facets_by_places(rim if form == "gr3" else mesh)
@@ -102,9 +102,9 @@ def test_each_format_holds_the_cells_as_they_are(form, order, tmp_path, monkeypa
         np.testing.assert_array_equal(read.points[:n, :2], mesh.points)
 
 
-def same(found, wanted):
+def same(found, expected):
     """Whether the rows are the same, in any order."""
-    return sorted(found.tolist()) == sorted(wanted.tolist())
+    return sorted(found.tolist()) == sorted(expected.tolist())
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -356,9 +356,9 @@ def test_pyvista_gets_quadrilaterals(order):
     grid = mesh.to_pyvista()
     assert isinstance(grid, pyvista.UnstructuredGrid)
     kinds, counts = np.unique(grid.celltypes, return_counts=True)
-    wanted = {1: {3: 2, 5: 0, 9: 1}, 2: {21: 2, 22: 0, 28: 1}}[order]
+    expected = {1: {3: 2, 5: 0, 9: 1}, 2: {21: 2, 22: 0, 28: 1}}[order]
     sizes = [*(len(cells.nodes) for cells in mesh.cells), len(mesh.facets)]
-    assert dict(zip(kinds.tolist(), counts.tolist(), strict=True)) == {kind: sizes[k] for kind, k in wanted.items()}
+    assert dict(zip(kinds.tolist(), counts.tolist(), strict=True)) == {kind: sizes[k] for kind, k in expected.items()}
 
 
 def test_scikit_fem_gets_triangles():

@@ -56,8 +56,8 @@ def test_adapt_writes_a_view_of_the_solutions_metric(tmp_path, monkeypatch):
     lines = ["MeshVersionFormatted 2", "Dimension 2", "SolAtVertices", str(len(values)), "1 1"]
     mesh.write("u.mesh")
     (tmp_path / "u.sol").write_text("\n".join([*lines, *map(repr, values.tolist()), "End", ""]))
-    asked = "adapt first.yaml --solution u.mesh --anisotropic --nodes 300 -o next.pos -q"
-    code, _, told = command(*asked.split())
+    arguments = "adapt first.yaml --solution u.mesh --anisotropic --nodes 300 -o next.pos -q"
+    code, _, told = command(*arguments.split())
     assert code == 0, told
     read = read_nodal_field(tmp_path / "next.pos", None)
     assert (read.values[:, 4] / read.values[:, 0]).max() > 9  # short across the layer
@@ -67,12 +67,12 @@ def test_a_mesh_without_a_metric_has_its_spacing_or_its_sizes(tmp_path):
     mesh = holed_square()
     spacing = fields_of(mesh)["target_spacing"]
     sides = np.mean(Measures(mesh.points, mesh.triangles).sides, axis=0)
-    for fields, wanted in (({"target_spacing": spacing}, spacing), ({}, sides)):
+    for fields, expected in (({"target_spacing": spacing}, spacing), ({}, sides)):
         write_alone(mesh, fields, tmp_path / "a.pos")
         text = (tmp_path / "a.pos").read_text().splitlines()
         assert text[0] == 'View "target_spacing" {'
         found = [[float(word) for word in row[:-2].split("{")[1].split(",")] for row in text[1:-1]]
-        np.testing.assert_array_equal(found, np.repeat(wanted[:, None], 3, axis=1))
+        np.testing.assert_array_equal(found, np.repeat(expected[:, None], 3, axis=1))
 
 
 @pytest.mark.parametrize("extra", [{}, {"metric": {"angle": 0, "across": 20_000}}], ids=["spacing", "metric"])

@@ -397,8 +397,8 @@ def test_halved_edges_are_the_longest_first(seed):
             limit = scheme.insert_longer_at_crowd
         return k in inner and not gone[net.edges[k]].any() and ratio[k] > limit
 
-    wanted = sorted(filter(is_long, range(len(net.edges))), key=lambda k: -ratio[k])
-    candidates = [*net.edges[wanted].tolist(), *across_wide_corners(net, gone).tolist()]
+    long_edges = sorted(filter(is_long, range(len(net.edges))), key=lambda k: -ratio[k])
+    candidates = [*net.edges[long_edges].tolist(), *across_wide_corners(net, gone).tolist()]
     first = {}
     for rank, edge in enumerate(candidates):
         for bubble in edge:

@@ -101,8 +101,8 @@ def test_colours_are_those_of_the_scale_and_can_be_chosen(opened, result):
     q = radius_ratios(mesh.points, mesh.triangles)[sample]
     low = json.loads(opened.text("#head"))["limits"]["quality"][0]
     levels = np.round(np.clip((q - low) / (1 - low), 0, 1) * 255).astype(int)
-    wanted = (QUALITY(levels)[:, :3] * 255).round()
-    assert np.abs(np.array(pixels(opened, centres)) - wanted).max() <= 3
+    expected = (QUALITY(levels)[:, :3] * 255).round()
+    assert np.abs(np.array(pixels(opened, centres)) - expected).max() <= 3
     choose(opened, "region")
     by_region = {}
     for t, color in zip(sample, pixels(opened, centres), strict=True):
@@ -110,8 +110,8 @@ def test_colours_are_those_of_the_scale_and_can_be_chosen(opened, result):
     assert [len(colors) for colors in by_region.values()] == [1, 1]
     choose(opened, "size")
     size = colouring_of(mesh, MeshData(), "size")
-    wanted = (size.colormap(size.norm(size.values[sample]))[:, :3] * 255).round()
-    assert np.abs(np.array(pixels(opened, centres)) - wanted).max() <= 4
+    expected = (size.colormap(size.norm(size.values[sample]))[:, :3] * 255).round()
+    assert np.abs(np.array(pixels(opened, centres)) - expected).max() <= 4
     choose(opened, "region")
     assert by_region[0] != by_region[1]
     choose(opened, "none")

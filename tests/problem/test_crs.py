@@ -192,8 +192,8 @@ def test_data_are_at_given_places(tmp_path, monkeypatch):
     assert problem.warnings == ()
     plane = problem.domain.plane
     at = plane.to(np.array([[-6.4, 50.0], [1.6, 55.0]]))
-    wanted = np.array([20488, 59512]) * plane.scale(*at.T)
-    np.testing.assert_allclose(problem.spacing(at), wanted, rtol=1e-4)
+    expected = np.array([20488, 59512]) * plane.scale(*at.T)
+    np.testing.assert_allclose(problem.spacing(at), expected, rtol=1e-4)
     np.savez(tmp_path / "d.npz", d=[[20e3, 60e3], [20e3, 60e3]], x=[16.5, 17.7], y=[49.2, 56.3])
     (warning,) = prepare(case(spacing={"raster": {"file": "d.npz"}})).warnings
     assert "the data is in [15.9, 18.3] x [45.65, 59.85], the domain in [-6.5, 1.7]" in warning

@@ -262,8 +262,8 @@ def test_depth_is_at_given_places(folder):
     mesh = result.mesh
     np.testing.assert_allclose(mesh.depth, 50 + 10 * (mesh.points[:, 0] + 6), atol=1e-6)
     at = result.mesh.points[result.mesh.triangles].mean(axis=1)
-    wanted = np.minimum(np.sqrt(GRAVITY * (50 + 10 * (at[:, 0] + 6))) * 3600 / 4, 20e3)
-    plane_scale = result.fields["target_spacing"] / wanted
+    expected = np.minimum(np.sqrt(GRAVITY * (50 + 10 * (at[:, 0] + 6))) * 3600 / 4, 20e3)
+    plane_scale = result.fields["target_spacing"] / expected
     assert np.abs(plane_scale - 1).max() < 2e-3
 
 

@@ -106,13 +106,13 @@ class TestPictures:
         d = "M0 0 Q 3 6 6 0 T 12 0 C 12 9 6 9 6 6 S 0 9 0 0 Z"
         (ring,) = read_rings(written("a.svg", SVG.format(f'<path d="{d}"/>')), Selection())
         assert [type(side.curve) for side in ring.sides] == [Bezier] * 4
-        wanted = [
+        expected = [
             [(0, 0), (2, -4), (4, -4), (6, 0)],
             [(6, 0), (8, 4), (10, 4), (12, 0)],
             [(12, 0), (12, -9), (6, -9), (6, -6)],
             [(6, -6), (6, -3), (0, -9), (0, 0)],
         ]
-        np.testing.assert_allclose([side.curve for side in ring.sides], wanted, atol=1e-12)
+        np.testing.assert_allclose([side.curve for side in ring.sides], expected, atol=1e-12)
 
     @pytest.mark.parametrize("d", ["M0 0 C 0 0 8 0 8 8 H0 Z", "M0 0 C 8 8 -2 8 6 0 V9 H0 Z"])
     def test_a_bezier_curve_that_stops_is_followed_by_splines(self, written, d):

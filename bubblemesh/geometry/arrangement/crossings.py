@@ -70,8 +70,8 @@ def near_chords(boundary: Boundary, chords: ChordBoxes) -> NearChords:
     joined = (start[p] == start[q]) | (start[p] == end[q]) | (end[p] == start[q]) | (end[p] == end[q])
     gap = np.abs(s[i] - s[j])  # neighbours on one curve are no crossing
     gap = np.where(boundary.closed[p] | (start[p] == end[p]), np.minimum(gap, boundary.lengths[p] - gap), gap)
-    wanted = np.where(p == q, gap > 1.5 * step[i], curved[p] | curved[q] | ~joined)
-    i, j = i[wanted], j[wanted]
+    kept = np.where(p == q, gap > 1.5 * step[i], curved[p] | curved[q] | ~joined)
+    i, j = i[kept], j[kept]
     return NearChords(piece[i], piece[j], s[i] + step[i] / 2, s[j] + step[j] / 2, step[i], step[j])
 
 

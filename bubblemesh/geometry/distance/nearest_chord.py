@@ -146,9 +146,9 @@ def _nearest(runs: ChordRuns, blocks: Blocks) -> tuple[Integers, Floats, Floats]
     return chord.reshape(blocks.x.shape), squared.reshape(blocks.x.shape), near
 
 
-def _among(runs: ChordRuns, blocks: Blocks, asked: Booleans) -> tuple[Integers, Floats, Integers]:
-    """Places (k,) that have any run asked for (g, p), their squared distances and the nearest chords of those runs."""
-    row, pair = np.nonzero(asked)
+def _among(runs: ChordRuns, blocks: Blocks, chosen: Booleans) -> tuple[Integers, Floats, Integers]:
+    """Places (k,) with any of the ``chosen`` runs (g, p), their squared distances and the nearest chords of these."""
+    row, pair = np.nonzero(chosen)
     place = row * blocks.x.shape[1] + blocks.owner[pair]  # grouped, since a block's pairs follow each other
     squared, chord = runs.nearest(blocks.x.ravel()[place], blocks.y.ravel()[place], blocks.run[pair])
     begin = np.flatnonzero(np.diff(place, prepend=-1))

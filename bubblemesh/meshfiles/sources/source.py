@@ -90,7 +90,7 @@ def wholes(words: Sequence[Any], what: str) -> Integers:
         raise FileError(f"its {what} are no whole numbers ({error})") from None
 
 
-def require_length(found: int, wanted: int, what: str) -> None:
+def require_length(found: int, needed: int, what: str) -> None:
     """Check that a file holds as many of something as it says; else it is a FileError."""
-    if found < wanted:
-        raise FileError(f"it ends too early: it has {found} of {wanted} {what}")
+    if found < needed:
+        raise FileError(f"it ends too early: it has {found} of {needed} {what}")

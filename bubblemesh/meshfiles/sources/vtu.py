@@ -175,8 +175,8 @@ class _Arrays:
 
     def _numbers(self, tape: Tape, count: int, raw: bool) -> Data:
         """The first numbers of a header, fewer if the tape ends."""
-        wanted = count * self.header.itemsize
-        content = tape[:wanted] if raw else _decoded(tape[: _letters(wanted)])[:wanted]
+        length = count * self.header.itemsize
+        content = tape[:length] if raw else _decoded(tape[: _letters(length)])[:length]
         return np.frombuffer(content, self.header, len(content) // self.header.itemsize).astype(np.int64)
 
 

@@ -16,7 +16,7 @@ from bubblemesh.meshfiles.sources.source import Block, Data, Source, reals
 Element = ElementTree.Element
 
 INCLUDE = "{http://www.w3.org/2001/XInclude}include"
-POINTER = re.compile(r"xpointer\((?P<path>/.*?)(/\*\[(?P<wanted>.*)\])?\)")
+POINTER = re.compile(r"xpointer\((?P<path>/.*?)(/\*\[(?P<names>.*)\])?\)")
 STEP = re.compile(r"(/{1,2})(\w+)((?:\[[^\]]*\])*)")
 CONDITION = re.compile(r"\[\s*(?:@(\w+)\s*=\s*['\"]([^'\"]*)['\"]|(\d+))\s*\]")
 # meshio's names of the kinds of cells, by those of XDMF in small letters, and their numbers in mixed lists.
@@ -154,9 +154,9 @@ def _part(root: Element, grid: Element, name: str) -> Element | None:
         target = None if found is None else _pointed(root, found["path"])
         if found is None or target is None:
             raise FileError(f"includes {pointer!r}, which is nowhere in it")
-        if found["wanted"] is None and target.tag == name:
+        if found["names"] is None and target.tag == name:
             return target
-        if found["wanted"] is None or name in found["wanted"]:
+        if found["names"] is None or name in found["names"]:
             part = target.find(name)
             if part is not None:
                 return part

@@ -18,7 +18,7 @@ from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves_in_blocks
 from bubblemesh.spacing.spacing import Spacing
 
-FEWEST = 625  # bubbles, of which a whole row is 4 %: so that a wanted number of nodes can be met to 2 %
+FEWEST = 625  # bubbles, of which a whole row is 4 %: so that a requested number of nodes can be met to 2 %
 MOST = 0.5  # of the bubbles, for all lattices together
 CLEAR = 0.5  # spacings that a lattice keeps from the boundary
 LARGEST_CELL = 0.65  # spacings: none of such a side has two bubbles of a lattice

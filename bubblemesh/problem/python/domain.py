@@ -132,15 +132,15 @@ def _polygons(geometry: shapely.Geometry) -> list[tuple[int, shapely.Polygon]]:
 
 def _array(points: Any, argument: str) -> _Points:
     """Points of a ring; CaseError if they are no finite numbers (n, 2)."""
-    wanted = ANY_GEOMETRY if argument == "geometry" else f"{argument}: must be the points (n, 2) of a ring"
+    expected = ANY_GEOMETRY if argument == "geometry" else f"{argument}: must be the points (n, 2) of a ring"
     try:
         given = np.asarray(unmasked(points))
     except ValueError:  # rows of unequal length
-        raise CaseError(f"{wanted} (found rows of unequal length)") from None
+        raise CaseError(f"{expected} (found rows of unequal length)") from None
     if given.dtype.kind not in "iuf":
-        raise CaseError(f"{wanted} (found {type(points).__name__})")
+        raise CaseError(f"{expected} (found {type(points).__name__})")
     if given.ndim != 2 or given.shape[1] != 2:
-        raise CaseError(f"{wanted} (found the shape {given.shape})")
+        raise CaseError(f"{expected} (found the shape {given.shape})")
     given = given.astype(float)  # the limit is no number of smaller types
     bad = np.flatnonzero(~(np.abs(given) <= LARGEST_NUMBER).all(axis=1))
     if len(bad):

@@ -157,14 +157,14 @@ class Quadtree:
         size, so what holds these is split as well: one pass from the smallest cells to the largest finds them all.
         """
         found = [np.zeros(0, np.int64)]
-        split, wanted = found[0], found[0]  # cells of one level, by their numbers in Morton's order, ascending
+        split, needed = found[0], found[0]  # cells of one level, by their numbers in Morton's order, ascending
         for level in range(int(self.level.max(initial=0)) - 1, -1, -1):
             quarters = self.key[self.level == level + 1] >> 2 * (GRID_LEVELS - level - 1)
-            beside = _beside(np.append(split, wanted), level + 1)
+            beside = _beside(np.append(split, needed), level + 1)
             split = each_once(np.append(different(quarters >> 2), split >> 2))
-            wanted = each_once(np.append(wanted, beside) >> 2)
-            wanted = wanted[~contained(wanted, split)]
-            found.append(1 << 2 * level | wanted)
+            needed = each_once(np.append(needed, beside) >> 2)
+            needed = needed[~contained(needed, split)]
+            found.append(1 << 2 * level | needed)
         return np.concatenate(found[::-1])
 
     @cached_property

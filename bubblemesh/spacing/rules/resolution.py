@@ -69,13 +69,13 @@ def resolved(
         return samples
     parts = [samples.select(~split), samples.quarters(split, domain, values).refined(domain, coarse, values)]
     for _ in range(SPLITS):
-        wanted = parts[-1].grid.unbalanced()  # only what is new may be too small for what is beside it
-        large = [part.grid.among(wanted) for part in parts]
+        needed = parts[-1].grid.unbalanced()  # only what is new may be too small for what is beside it
+        large = [part.grid.among(needed) for part in parts]
         if not any(some.any() for some in large):
             break
 
-        def larger(some: Samples, wanted: Integers = wanted) -> Booleans:
-            return coarse(some) | some.grid.among(wanted)
+        def larger(some: Samples, needed: Integers = needed) -> Booleans:
+            return coarse(some) | some.grid.among(needed)
 
         fresh = Samples.merged([part.quarters(some, domain, values) for part, some in zip(parts, large, strict=True)])
         parts = [part.select(~some) if some.any() else part for part, some in zip(parts, large, strict=True)]
@@ -180,9 +180,9 @@ def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floa
         centers = taken(points, tried) + radius[tried, None] * taken(outward, tried)
         depth = FITTING * radius[tried]
         # What was in the way of a disc twice as large often is in that of this one.
-        asked = np.flatnonzero(np.hypot(*(taken(foot, tried) - centers).T) >= depth)
-        free, foot[tried[asked]] = domain.deep_outside(taken(centers, asked), depth[asked])
-        tried = np.delete(tried, asked[free])
+        unsure = np.flatnonzero(np.hypot(*(taken(foot, tried) - centers).T) >= depth)
+        free, foot[tried[unsure]] = domain.deep_outside(taken(centers, unsure), depth[unsure])
+        tried = np.delete(tried, unsure[free])
         radius[tried] /= 2
         tried = tried[radius[tried] > THINNEST_WALL * domain.size]
     thin = np.flatnonzero(radius < widest)

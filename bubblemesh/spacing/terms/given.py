@@ -23,8 +23,8 @@ def numbers(given: Any, name: str, shape: tuple[int | None, ...] | None = None) 
     if shape is not None and not (
         values.ndim == len(shape) and all(n in (None, m) for n, m in zip(shape, values.shape, strict=True))
     ):
-        wanted = ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "")
-        raise CaseError(f"{name}: must have the shape ({wanted}) (found {values.shape})")
+        expected = ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "")
+        raise CaseError(f"{name}: must have the shape ({expected}) (found {values.shape})")
     return values.astype(float, copy=False)
 
 

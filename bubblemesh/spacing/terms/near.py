@@ -72,8 +72,8 @@ class Proximities:
         away = np.hypot(*(points[order] - np.repeat(center, count, axis=0)).T)
         there = np.array([term.at(center) for term in self.terms])
         change = np.array([[term.growth] for term in self.terms]) * np.maximum.reduceat(away, first)
-        asked = there - change <= (there + change).min(axis=0) * (1 + ROUNDING)
-        for term, blocks in zip(self.terms, asked, strict=True):
+        in_question = there - change <= (there + change).min(axis=0) * (1 + ROUNDING)
+        for term, blocks in zip(self.terms, in_question, strict=True):
             mine = order[np.repeat(blocks, count)]
             values[mine] = np.minimum(values[mine], term.at(points[mine]))
         return values

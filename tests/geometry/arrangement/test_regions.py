@@ -74,8 +74,8 @@ def test_areas_of_regions(method):
     areas = areas_of(*packed(COMPOSITE, method))
     hole, bend, disc, quarter = np.pi * 0.15**2, np.pi * 0.25**2 / 2, np.pi * 0.2**2, np.pi * 0.5**2 / 4
     assert bend > 0
-    wanted = {"a": 2 - hole, "b": 2.0, "c": disc, "d": quarter, "matrix": 4 - disc - quarter}
-    assert areas == {name: pytest.approx(area, rel=0.03) for name, area in wanted.items()}
+    expected = {"a": 2 - hole, "b": 2.0, "c": disc, "d": quarter, "matrix": 4 - disc - quarter}
+    assert areas == {name: pytest.approx(area, rel=0.03) for name, area in expected.items()}
     assert areas["b"] == pytest.approx(2, rel=1e-12)
 
 

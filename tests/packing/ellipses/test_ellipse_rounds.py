@@ -208,8 +208,8 @@ def test_layers_far_thinner_than_the_cells_of_the_start_get_their_bubbles(across
     *_, last = packed(SQUARE, tensor_metric(tensors, 0.1 / across))
     x = last.bubbles.x[last.bubbles.interior]
     low, high = 5 * across, 100 * across
-    wanted = 2 / np.sqrt(3) * np.log((across + 0.2 * high) / (across + 0.2 * low)) / (0.1 * 0.2)
-    assert ((x[:, 1] > low) & (x[:, 1] < high)).sum() == pytest.approx(wanted, rel=0.2)  # half of them were missing
+    expected = 2 / np.sqrt(3) * np.log((across + 0.2 * high) / (across + 0.2 * low)) / (0.1 * 0.2)
+    assert ((x[:, 1] > low) & (x[:, 1] < high)).sum() == pytest.approx(expected, rel=0.2)  # half of them were missing
 
 
 def test_annealing_leaves_bubbles_alone_where_ellipses_are_shorter():

@@ -64,9 +64,9 @@ def test_every_part_of_the_domain_has_the_bubbles_of_its_area():
             part = (x[:, 0] > x0) & (x[:, 0] < x0 + 1.5) & (x[:, 1] > y0) & (x[:, 1] < y0 + 1.5)
             at = (np.arange(300) + 0.5) / 200
             grid = np.stack(np.meshgrid(x0 + at, y0 + at), axis=-1).reshape(-1, 2)
-            wanted = (2 / np.sqrt(3) / spacing(grid) ** 2).mean() * 1.5**2
+            expected = (2 / np.sqrt(3) / spacing(grid) ** 2).mean() * 1.5**2
             # What a row of bubbles on its rim is off by, at random.
-            assert abs(part.sum() - wanted) < 2 * np.sqrt(4 * 1.5 / 0.1)
+            assert abs(part.sum() - expected) < 2 * np.sqrt(4 * 1.5 / 0.1)
 
 
 def test_number_inside_is_the_area_off_the_boundary_to_the_nearest_whole_number():
@@ -74,9 +74,9 @@ def test_number_inside_is_the_area_off_the_boundary_to_the_nearest_whole_number(
     for side in np.linspace(1.1, 4, 30):
         domain = Domain.of(rings.rectangle(-side, -side, side, side))
         bubbles = ErrorDiffusion(leaf=0.1)(domain, uniform(1.0), ENOUGH)
-        wanted = (2 * side - np.sqrt(3) / 2) ** 2 / (np.sqrt(3) / 2)
+        expected = (2 * side - np.sqrt(3) / 2) ** 2 / (np.sqrt(3) / 2)
         inside = len(bubbles) - bubbles.boundary_count
-        assert abs(inside - wanted) < 0.5 + 0.03 * wanted
+        assert abs(inside - expected) < 0.5 + 0.03 * expected
 
 
 @pytest.mark.parametrize("leaf", [0.1, 0.2, 1 / 3, 0.5])

@@ -85,10 +85,10 @@ def test_all_places_of_the_lattice_that_are_clear_of_the_boundary_have_a_bubble(
     a, b = np.moveaxis(bubbles.x[facets], 1, 0)
     t = (((everywhere[:, None] - a) * (b - a)).sum(-1) / ((b - a) ** 2).sum(-1)).clip(0, 1)
     away = np.hypot(*np.moveaxis(everywhere[:, None] - a - t[..., None] * (b - a), -1, 0)).min(axis=1)
-    wanted = everywhere[domain.contains(everywhere) & (away > CLEAR * d)]
+    expected = everywhere[domain.contains(everywhere) & (away > CLEAR * d)]
     inner = bubbles.x[bubbles.interior]
-    assert len(inner) == len(wanted)
-    assert cKDTree(wanted).query(inner)[0].max() < 1e-9
+    assert len(inner) == len(expected)
+    assert cKDTree(expected).query(inner)[0].max() < 1e-9
 
 
 def test_bubbles_come_in_blocks_as_they_come_at_once(monkeypatch):
@@ -188,7 +188,7 @@ def test_few_bubbles_have_no_lattice_but_on_levels_that_are_refined():
             assert (found.crystals == ()) is (few and not coarse)
 
 
-def test_wanted_numbers_that_lattices_miss_are_met_one_by_one():
+def test_requested_numbers_that_lattices_miss_are_met_one_by_one():
     text = "domain: {outer: {rectangle: [0, 0, 10, 1]}}\nspacing: {value: 1, nodes: 1700}\npacking: {effort: fast}\n"
     result = mesh_case(load_case("strip.yaml", text=text)).report
     assert result.nodes == pytest.approx(1700, rel=0.02)

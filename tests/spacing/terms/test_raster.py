@@ -23,9 +23,9 @@ def test_bilinear_functions_are_exact_between_the_centres_and_constant_beyond():
 
 
 def test_coordinates_may_descend():
-    wanted = Raster.of(X, Y, GRID)(*QUERIES.T)
-    np.testing.assert_array_equal(Raster.of(X[::-1], Y, GRID[:, ::-1])(*QUERIES.T), wanted)
-    np.testing.assert_array_equal(Raster.of(X[::-1], Y[::-1], GRID[::-1, ::-1])(*QUERIES.T), wanted)
+    expected = Raster.of(X, Y, GRID)(*QUERIES.T)
+    np.testing.assert_array_equal(Raster.of(X[::-1], Y, GRID[:, ::-1])(*QUERIES.T), expected)
+    np.testing.assert_array_equal(Raster.of(X[::-1], Y[::-1], GRID[::-1, ::-1])(*QUERIES.T), expected)
 
 
 def test_pixels_fill_the_bounds_with_the_first_row_below_or_on_top():
