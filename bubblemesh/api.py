@@ -18,8 +18,8 @@ from bubblemesh.problem.prepare import prepare_in
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.python.domain import Drawing, Geometry, Labels
 from bubblemesh.problem.python.progress import in_steps
-from bubblemesh.problem.python.spacing import Wanted, spacing_of
-from bubblemesh.problem.python.task import MAX_NODES, Wishes
+from bubblemesh.problem.python.spacing import SpacingLike, spacing_of
+from bubblemesh.problem.python.task import MAX_NODES, MeshOptions
 from bubblemesh.problem.spacing import with_areas_below, with_metrics
 from bubblemesh.problem.values import values_of
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem, require_case
@@ -30,7 +30,7 @@ __all__ = ["Case", "Domain", "Mesh", "MeshWarning", "Result", "Solution", "adapt
 
 def mesh(
     geometry: Geometry,
-    spacing: Wanted,
+    spacing: SpacingLike,
     *,
     holes: Sequence[ArrayLike] = (),
     labels: Labels | None = None,
@@ -107,10 +107,10 @@ def mesh(
         If ``angle_min`` or ``largest`` cannot be reached.
     """
     drawing = Drawing(geometry, holes, labels, corners, smooth, tolerance)
-    wishes = Wishes(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
+    options = MeshOptions(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
     with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"), own_places():
         told = in_steps(progress)
-        result = mesh_problem(_problem(drawing, spacing, wishes), on_share=told)
+        result = mesh_problem(_problem(drawing, spacing, options), on_share=told)
         if result.verdict is not None:
             raise result.verdict
     told(1.0)
@@ -119,17 +119,17 @@ def mesh(
     return result.mesh
 
 
-def _problem(drawing: Drawing, spacing: Wanted, wishes: Wishes) -> Problem:
+def _problem(drawing: Drawing, spacing: SpacingLike, options: MeshOptions) -> Problem:
     """The problem that the arguments of `mesh` pose."""
-    task, domain = wishes.task(), drawing.domain()
+    task, domain = options.task(), drawing.domain()
     tell_places_of(domain.size)
-    task = replace(task, ladders=wishes.ladders(domain))
-    metrics = wishes.metrics()
-    wanted = with_areas_below(spacing_of(spacing, domain, values_of(metrics)), domain, wishes.largest, {})
-    wanted = with_metrics(wanted, metrics, domain, None)
-    if wishes.nodes is not None:
-        wanted = replace(wanted, nodes=int(wishes.nodes))
-    return prepare_in(domain, wanted, task, {}, Key(["nodes"]))
+    task = replace(task, ladders=options.ladders(domain))
+    metrics = options.metrics()
+    request = with_areas_below(spacing_of(spacing, domain, values_of(metrics)), domain, options.largest, {})
+    request = with_metrics(request, metrics, domain, None)
+    if options.nodes is not None:
+        request = replace(request, nodes=int(options.nodes))
+    return prepare_in(domain, request, task, {}, Key(["nodes"]))
 
 
 def adapt(

@@ -17,10 +17,10 @@ from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination, Term, costly
 
-Wanted = float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any]
+SpacingLike = float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any]
 
 
-def spacing_of(spacing: Wanted, domain: Domain, others: Sequence[Value] = ()) -> SpacingRequest:
+def spacing_of(spacing: SpacingLike, domain: Domain, others: Sequence[Value] = ()) -> SpacingRequest:
     """The spacing, whose values are checked, and its rules; CaseError where it is none of the four.
 
     ``others`` are values beside it that may name its rasters.

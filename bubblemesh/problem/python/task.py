@@ -24,8 +24,8 @@ MAX_NODES = Limits().max_nodes
 
 
 @record
-class Wishes:
-    """Wishes of a program beside a domain and a spacing; fields are arguments of `bubblemesh.mesh`."""
+class MeshOptions:
+    """Options of a mesh beside its domain and spacing; fields are arguments of `bubblemesh.mesh`."""
 
     method: str | None = None  # without one, that of a case that names none
     packing: Mapping[str, Any] | None = None
@@ -41,7 +41,7 @@ class Wishes:
 
     @property
     def method_name(self) -> str:
-        """Name of the method: with a metric it is the one that packs it, unless another one is wanted."""
+        """Name of the method: with a metric it is the one that packs it, unless another one is given."""
         usual = MULTILEVEL if self.metric is None else IN_METRIC
         return usual if self.method is None else self.method
 
