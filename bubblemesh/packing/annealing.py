@@ -32,7 +32,7 @@ SEEDS = 2**63
 
 Effort = Annotated[
     Literal["fast", "normal", "best"],
-    Doc("20, 100 or 800 cycles of shaking, up to 8 times that by the level; with `best` four times the mending"),
+    Doc("20, 100 or 800 cycles of annealing, up to 8 times that by the level; with `best` four times the mending"),
 ]
 Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
 Calm = Callable[[Bubbles], Booleans]  # which bubbles (n,) are left alone
@@ -112,7 +112,7 @@ class Annealing:
 
         If kernels can relax them, they do by the ``dynamics``; else these are None.
         """
-        shaker = Shaker(domain, relax, self.shake_steps, dynamics)
+        annealer = Annealer(domain, relax, self.shake_steps, dynamics)
         total, seed = self.cycles(len(net.bubbles), rank, net.disorder), int(random.integers(SEEDS))
         shares = 1 - np.arange(total) / total
         parts, done = [Relaxed.none(net.bubbles)], 0
@@ -122,7 +122,7 @@ class Annealing:
             some = slice(done, done + SPACING_STAYS)
             inside, calm = self.amplitude * shares[some], self._calm(net.bubbles)
             cycles = Cycles(seed, done, inside, self.amplitude_at_boundary * inside, calm)
-            net, relaxed, count = shaker(net, cycles)
+            net, relaxed, count = annealer(net, cycles)
             parts.append(relaxed)
             done += count
         return Relaxed.one_of(parts)
@@ -170,7 +170,7 @@ class SparingAnnealing(Annealing):
 
 
 @record
-class Shaker:
+class Annealer:
     """How bubbles of a level go through cycles of annealing."""
 
     domain: Domain

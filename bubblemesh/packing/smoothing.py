@@ -53,7 +53,7 @@ class Smoothing:
 
     last_relaxations: ClassVar[int] = 0
 
-    passes: Annotated[int, Ge(0), Le(1000), Doc("passes of the polish, with population control in between")] = 3
+    passes: Annotated[int, Ge(0), Le(1000), Doc("passes of the smoothing, with population control in between")] = 3
     shape_steps: Annotated[int, Gt(0), Le(1000), Doc("steps of a pass")] = 10
     shape_step: Annotated[float, Gt(0), Le(0.1), Doc("length of a step, in units where the spacing is 1")] = 0.015
     spacing_weight: Annotated[float, Ge(0), Le(20), Doc("weight of edges' lengths beside triangles' shapes")] = 7.0

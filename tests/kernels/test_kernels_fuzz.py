@@ -120,8 +120,8 @@ def test_any_bubbles_are_annealed_somehow(seed):
     rules = Steps(int(random.integers(0, n)), np.abs(odd(random, n)), 0.5, odd(random, (cycles, steps)))
     acting = Acting(np.abs(odd(random, n)), odd(random, n), 1.5)
     sizes = np.abs(odd(random, cycles)), np.abs(odd(random, cycles))
-    shaken = Cycles(int(random.integers(2**63)), int(random.integers(9)), *sizes, random.random(n) < 0.2)
-    found = annealed(library(), odd(random, (n, 2)), links, acting, rules, shaken)
+    displacements = Cycles(int(random.integers(2**63)), int(random.integers(9)), *sizes, random.random(n) < 0.2)
+    found = annealed(library(), odd(random, (n, 2)), links, acting, rules, displacements)
     assert found.x.shape == (n, 2)
     assert len(found.speeds) <= cycles
     if found.legal is not None:

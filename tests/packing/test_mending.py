@@ -32,7 +32,7 @@ DOMAINS = {
 }
 
 
-def polished_net(name, seed=0, steps=60):
+def smoothed_net(name, seed=0, steps=60):
     domain, function = DOMAINS[name]
     spacing = Spacing(function)
     start = ErrorDiffusion()(domain, spacing, 10_000)
@@ -54,7 +54,7 @@ def worst(net):
 @needs_compiler
 @pytest.mark.parametrize("name", ["sector", "square"])
 def test_mended_part_is_put_back_without_a_triangulation_of_all_bubbles(name, monkeypatch):
-    domain, spacing, net = polished_net(name, 3, 5)
+    domain, spacing, net = smoothed_net(name, 3, 5)
     anew = connect_inside(mended(domain, spacing, net).bubbles, domain, spacing)
     sizes = []
 
@@ -75,7 +75,7 @@ def test_mended_part_is_put_back_without_a_triangulation_of_all_bubbles(name, mo
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("steps", [5, 60])
 def test_worst_triangle_never_gets_worse_and_no_bubble_is_lost(name, seed, steps):
-    domain, spacing, net = polished_net(name, seed, steps)
+    domain, spacing, net = smoothed_net(name, seed, steps)
     found = mended(domain, spacing, net, seed)
     assert worst(found) <= worst(net)
     assert len(found.bubbles) == len(net.bubbles)
@@ -86,7 +86,7 @@ def test_worst_triangle_never_gets_worse_and_no_bubble_is_lost(name, seed, steps
 def test_worst_triangles_get_better(name):
     gains = []
     for seed in range(3):
-        domain, spacing, net = polished_net(name, seed)
+        domain, spacing, net = smoothed_net(name, seed)
         found = mended(domain, spacing, net, seed)
         gains.append((worst(net) - worst(found)) / (worst(net) - 1))
     assert np.mean(gains) > 0.1
@@ -94,7 +94,7 @@ def test_worst_triangles_get_better(name):
 
 @pytest.mark.parametrize("name", DOMAINS)
 def test_bubbles_off_the_patches_stay_bit_for_bit(name):
-    domain, spacing, net = polished_net(name)
+    domain, spacing, net = smoothed_net(name)
     measure = eta(net.bubbles.x, net.triangles)
     limit = np.sort(measure)[-3]  # two triangles to mend
     found = mended(domain, spacing, net, scheme=Mending(mend_worse=max(limit, 1)))
@@ -109,7 +109,7 @@ def test_bubbles_off_the_patches_stay_bit_for_bit(name):
 
 @pytest.mark.parametrize("name", DOMAINS)
 def test_corners_stay_and_sliding_bubbles_stay_on_their_curve(name):
-    domain, spacing, net = polished_net(name)
+    domain, spacing, net = smoothed_net(name)
     before, after = net.bubbles, mended(domain, spacing, net).bubbles
     assert (after.corners, after.boundary_count) == (before.corners, before.boundary_count)
     np.testing.assert_array_equal(after.x[: after.corners], domain.boundary.corners)
@@ -123,14 +123,14 @@ def test_net_without_bad_triangles_is_left_alone():
     domain, spacing, bubbles = packed_hexagon(4)
     net = connect(bubbles, domain)
     assert mended(domain, spacing, net) is net
-    domain, spacing, net = polished_net("square")
+    domain, spacing, net = smoothed_net("square")
     assert mended(domain, spacing, net, scheme=Mending(mend_worse=100.0)) is net
     assert mended(domain, spacing, net, scheme=Mending(mend_attempts=0)) is net
 
 
 @pytest.mark.parametrize("name", ["strip", "ring"])
 def test_bubbles_on_the_boundary_are_not_displaced(name):
-    domain, spacing, net = polished_net(name)
+    domain, spacing, net = smoothed_net(name)
     seen = []
 
     class Recording(Smoothing):
@@ -153,20 +153,20 @@ def test_attempts_that_make_it_worse_are_not_kept():
             x[inside] += 0.4 * net.bubbles.d[inside, None] * np.sin(1000 * x[inside])
             return replace(net.bubbles, x=x)
 
-    domain, spacing, net = polished_net("square")
+    domain, spacing, net = smoothed_net("square")
     found = Mending()(net, domain, spacing, Spoiling(), np.random.default_rng(0))
     assert found is net
 
 
 def test_a_seed_gives_one_result_and_another_seed_another():
-    domain, spacing, net = polished_net("square")
+    domain, spacing, net = smoothed_net("square")
     one, same, other = (mended(domain, spacing, net, seed).bubbles.x.tobytes() for seed in (1, 1, 2))
     assert one == same != other
 
 
 @pytest.mark.parametrize("name", DOMAINS)
 def test_patches_are_apart_and_hold_what_must_not_move(name):
-    _, _, net = polished_net(name)
+    _, _, net = smoothed_net(name)
     measure = eta(net.bubbles.x, net.triangles)
     bad = np.argsort(-measure)[:MOST_PATCHES]
     _, part = net.part(net.within(net.triangles[bad[:5]], AROUND))
@@ -188,7 +188,7 @@ def test_patches_are_apart_and_hold_what_must_not_move(name):
 
 
 def test_rim_of_a_part_does_not_move_though_a_patch_reaches_it():
-    _, _, net = polished_net("square")
+    _, _, net = smoothed_net("square")
     (middle,) = np.flatnonzero(np.hypot(*(net.bubbles.x - [2, 2]).T) == np.hypot(*(net.bubbles.x - [2, 2]).T).min())
     _, part = net.part(net.within(np.array([middle]), 2))
     patches = disjoint_patches(part, np.arange(len(part.triangles)))
@@ -200,7 +200,7 @@ def test_rim_of_a_part_does_not_move_though_a_patch_reaches_it():
 
 
 def test_badness_of_a_patch_is_that_of_the_triangles_at_its_moving_bubbles():
-    _, _, net = polished_net("square")
+    _, _, net = smoothed_net("square")
     order = np.argsort(-eta(net.bubbles.x, net.triangles))[:MOST_PATCHES]
     patches = disjoint_patches(net, order)
     found = badness(net, patches)
@@ -211,7 +211,7 @@ def test_badness_of_a_patch_is_that_of_the_triangles_at_its_moving_bubbles():
 
 
 def test_a_triangle_that_is_inverted_is_infinitely_bad():
-    _, _, net = polished_net("square")
+    _, _, net = smoothed_net("square")
     patches = disjoint_patches(net, np.array([40]))
     moving = np.flatnonzero(patches.moving == 0)[0]
     x = net.bubbles.x.copy()
@@ -220,7 +220,7 @@ def test_a_triangle_that_is_inverted_is_infinitely_bad():
 
 
 def test_bad_triangles_are_the_worst_ones_first():
-    _, _, net = polished_net("square", steps=5)
+    _, _, net = smoothed_net("square", steps=5)
     measure = eta(net.bubbles.x, net.triangles)
     tried = []
 

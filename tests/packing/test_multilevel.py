@@ -101,13 +101,13 @@ def test_only_the_last_round_has_a_reason_to_stop(fine):
     assert [one.stop_reason is None for one in done] == [True] * (len(done) - 1) + [False]
 
 
-def test_opening_round_has_the_most_steps_but_for_the_shaking(fine):
+def test_opening_round_has_the_most_steps_but_for_the_annealing(fine):
     problem, _, _, done = fine
     method = problem.method
-    shaken = [one for one in done if one.iterations >= 20 * method.annealing.shake_steps]
+    annealed = [one for one in done if one.iterations >= 20 * method.annealing.shake_steps]
     assert done[0].iterations == method.termination.opening_iterations
-    assert len(shaken) >= 1
-    assert all(one.iterations == method.termination.iterations for one in done[1:] if one not in shaken)
+    assert len(annealed) >= 1
+    assert all(one.iterations == method.termination.iterations for one in done[1:] if one not in annealed)
 
 
 def test_bubbles_of_the_last_round_have_the_requested_spacing_and_are_all_connected(fine):

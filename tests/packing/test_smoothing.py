@@ -123,8 +123,8 @@ def test_perfect_lattice_is_a_stationary_point():
     gradient = shape_gradient(bubbles.x, net.triangles.T, bubbles.d)
     np.testing.assert_allclose(gradient[bubbles.interior], 0, atol=1e-12)
     np.testing.assert_allclose(spacing_gradient(bubbles.x, net.edges.T, np.ones(len(net.edges))), 0, atol=1e-12)
-    polished = Smoothing()(net, domain, spacing)
-    np.testing.assert_allclose(polished.bubbles.x, bubbles.x, atol=1e-12)
+    smoothed = Smoothing()(net, domain, spacing)
+    np.testing.assert_allclose(smoothed.bubbles.x, bubbles.x, atol=1e-12)
 
 
 def test_jittered_lattice_gets_better_and_becomes_perfect():
@@ -141,29 +141,29 @@ def test_jittered_lattice_gets_better_and_becomes_perfect():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_polish_improves_shapes_and_lengths(seed):
+def test_smoothing_improves_shapes_and_lengths(seed):
     net = relaxed_net(seed)
-    polished = Smoothing()(net, DOMAIN, SPACING)
-    before, after = (radius_ratios(one.bubbles.x, one.triangles) for one in (net, polished))
+    smoothed = Smoothing()(net, DOMAIN, SPACING)
+    before, after = (radius_ratios(one.bubbles.x, one.triangles) for one in (net, smoothed))
     assert after.mean() > before.mean() + 0.005
-    assert len(polished.bubbles) == len(net.bubbles)
-    np.testing.assert_array_equal(polished.bubbles.d, SPACING(polished.bubbles.x))
+    assert len(smoothed.bubbles) == len(net.bubbles)
+    np.testing.assert_array_equal(smoothed.bubbles.d, SPACING(smoothed.bubbles.x))
 
     def spread(one):
         i, j = one.edges.T
         x, d = one.bubbles.x, SPACING(one.bubbles.x)
         return (np.hypot(*(x[i] - x[j]).T) / ((d[i] + d[j]) / 2)).std()
 
-    assert spread(polished) < spread(net)
+    assert spread(smoothed) < spread(net)
 
 
 def test_weight_trades_shape_for_spacing():
     net = relaxed_net()
     spreads = []
     for weight in (0.0, 20.0):
-        polished = Smoothing(spacing_weight=weight, shape_steps=40)(net, DOMAIN, SPACING)
-        i, j = polished.edges.T
-        x, d = polished.bubbles.x, polished.bubbles.d
+        smoothed = Smoothing(spacing_weight=weight, shape_steps=40)(net, DOMAIN, SPACING)
+        i, j = smoothed.edges.T
+        x, d = smoothed.bubbles.x, smoothed.bubbles.d
         spreads.append((np.hypot(*(x[i] - x[j]).T) / ((d[i] + d[j]) / 2)).std())
     assert spreads[1] < 0.95 * spreads[0]
 
@@ -196,7 +196,7 @@ def test_no_bubble_moves_too_far_in_a_step():
 
 
 @pytest.mark.parametrize("held_too", [False, True])
-def test_polish_that_spoils_triangles_is_not_kept(held_too):
+def test_smoothing_that_spoils_triangles_is_not_kept(held_too):
     domain, spacing, net = jittered()
 
     class Spoiling(Smoothing):
@@ -231,7 +231,7 @@ def test_bubbles_given_stay_as_they_are():
 
 
 @pytest.mark.parametrize("scale", [2.0**-40, 2.0**60])
-def test_polish_does_not_depend_on_the_unit_of_length(scale):
+def test_smoothing_does_not_depend_on_the_unit_of_length(scale):
     _, _, net = jittered(3)
     domain, spacing = Domain.of(rings.polygon(3 * scale * hexagon_corners())), uniform(scale)
     bubbles = net.bubbles

@@ -141,10 +141,10 @@ class Trials:
         inner = patches.free[halved].any(axis=1)
         changed = patches.changed(gone & patches.free, halved[inner])
         # 3. Elsewhere bubbles are displaced.
-        shaken = np.flatnonzero(changed.free & ~(leaving | coming)[changed.patch])
-        random = self.random.standard_normal((len(shaken), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
+        displaced = np.flatnonzero(changed.free & ~(leaving | coming)[changed.patch])
+        random = self.random.standard_normal((len(displaced), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
         moves = np.zeros_like(changed.x)
-        moves[shaken] = unmapped(roots(self.spacing.at(changed.x[shaken])), self.mending.mend_amplitude * random)
+        moves[displaced] = unmapped(roots(self.spacing.at(changed.x[displaced])), self.mending.mend_amplitude * random)
         return changed._replace(x=moved(changed.x, moves, changed.triangles)[0])
 
     def smoothed(self, patches: PatchNet, before: Floats) -> PatchNet:

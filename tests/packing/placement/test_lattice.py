@@ -239,10 +239,10 @@ def test_a_strip_is_packed_again_from_the_lattice():
     start = placed(domain, spacing)
     x = start.x.copy()
     x[start.interior] += np.random.default_rng(0).normal(0, 0.005, x[start.interior].shape)
-    shaken = start.moved(x)
-    again = placement.again(shaken, domain, spacing)
+    displaced = start.moved(x)
+    again = placement.again(displaced, domain, spacing)
     assert again.x.tobytes() == start.x.tobytes()
-    assert ErrorDiffusion().again(shaken, domain, spacing) is shaken
+    assert ErrorDiffusion().again(displaced, domain, spacing) is displaced
 
 
 CASE = """
