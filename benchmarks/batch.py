@@ -13,7 +13,7 @@ from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
 
-from bubblemesh.batch import BatchOptions, Progress, case_files, plan_cases, run_batch
+from bubblemesh.batch import BatchListener, BatchOptions, case_files, plan_cases, run_batch
 from bubblemesh.workers.local import local_workers
 
 CASES = 200
@@ -37,7 +37,7 @@ class Run:
             before = [workers.submit(process_time).result() for _ in range(jobs)]
             begun, computing = perf_counter(), process_time()
             entries = plan_cases(case_files([str(folder / "cases")]), options)
-            totals = run_batch(entries, options, lambda count: nullcontext(workers), Progress())
+            totals = run_batch(entries, options, lambda count: nullcontext(workers), BatchListener())
             self.seconds = perf_counter() - begun
             self.parent = process_time() - computing
             self.workers = sum(workers.submit(process_time).result() for _ in range(jobs)) - sum(before)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-from bubblemesh.batch import BatchOptions, Progress, Row, case_files, plan_cases, run_batch
+from bubblemesh.batch import BatchListener, BatchOptions, Row, case_files, plan_cases, run_batch
 from bubblemesh.workers.workers import Workers
 
 SMALL = """\
@@ -93,7 +93,7 @@ class Finished(NamedTuple):
     unchanged: bool = False
 
 
-class Events(Progress):
+class Events(BatchListener):
     """Gives all that a batch tells to a function, one event after the other."""
 
     def __init__(self, hear):

@@ -9,12 +9,12 @@ from typing import Any
 
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
-from bubblemesh.batch.worker import Job, Outcome, mesh_job
+from bubblemesh.batch.worker import BatchJob, Outcome, mesh_job
 from bubblemesh.workers.supervision import Ended, failure, supervised
 from bubblemesh.workers.workers import Workers
 
 
-class Progress:
+class BatchListener:
     """Hears how a batch goes on; here nobody listens."""
 
     def begin(self, entries: list[Entry], unchanged: int, summary: Path) -> None:
@@ -36,7 +36,7 @@ class Progress:
         """Hear that a case has its row; ``unchanged`` if an earlier batch had done it."""
 
 
-def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> Iterator[tuple[Entry, Outcome]]:
+def dispatch(entries: Iterable[Entry], workers: Workers, listener: BatchListener) -> Iterator[tuple[Entry, Outcome]]:
     """Keep the workers busy, and give the outcome of each case as it ends; FileError if they are out of reach."""
     begun = Counter[int]()  # how often a worker has begun each case
 
@@ -44,16 +44,16 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
         for _ in range(workers.notes.qsize()):
             number, finished_rounds, nodes = workers.notes.get()
             begun[number] += finished_rounds == 0
-            progress.note(number, finished_rounds, nodes)
+            listener.note(number, finished_rounds, nodes)
 
     all_ended = supervised(
         workers,
         ((entry, entry.job()) for entry in entries),
         lambda given: _submitted(workers, given[1]),
-        on_wait=progress.wait,
-        on_refuse=progress.refuse,
+        on_wait=listener.wait,
+        on_refuse=listener.refuse,
         on_look=look,
-        tried=lambda given: begun[given[1].number] if isinstance(given[1], Job) else 0,
+        tried=lambda given: begun[given[1].number] if isinstance(given[1], BatchJob) else 0,
     )
     for ended in all_ended:
         entry, job = ended.job
@@ -64,9 +64,9 @@ def dispatch(entries: Iterable[Entry], workers: Workers, progress: Progress) -> 
         yield entry, replace(outcome, row=replace(outcome.row, attempts=ended.attempts))
 
 
-def _submitted(workers: Workers, job: Job | Row) -> Future[Outcome]:
+def _submitted(workers: Workers, job: BatchJob | Row) -> Future[Outcome]:
     """The outcome of a case that a worker meshes, or of one that has its row without that."""
-    if isinstance(job, Job):
+    if isinstance(job, BatchJob):
         return workers.submit(mesh_job, job, workers.tell)
     done = Future[Outcome]()
     done.set_result(Outcome(job))

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from bubblemesh import __version__
 from bubblemesh.batch.row import Row
-from bubblemesh.batch.worker import Job
+from bubblemesh.batch.worker import BatchJob
 from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import DONE, CaseError, FileError, prefixed
 from bubblemesh.problem.files import contents_or_errors, files_of_case
@@ -84,7 +84,7 @@ class Entry:
         """Names of all files that may be written, in the destination's folder."""
         return self.destination.names if self.destination else ()
 
-    def job(self) -> Job | Row:
+    def job(self) -> BatchJob | Row:
         """Job of the case, with what the files that it names hold now; a row with the error if that fails.
 
         A file that cannot be read is told where the case is meshed, as `bubblemesh run` would: with the key that has
@@ -95,7 +95,7 @@ class Entry:
         try:
             with prefixed(self.row.source):
                 files = contents_or_errors(self.case, self.case.root)
-            job = Job(self.number, self.row, self.case, self.destination, files)
+            job = BatchJob(self.number, self.row, self.case, self.destination, files)
             return replace(job, row=replace(self.row, inputs=job.digest()))
         except Exception as error:  # whatever it is, it is no reason to give up the other cases
             return self.row.ended_by(error)

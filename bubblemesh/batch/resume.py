@@ -7,7 +7,7 @@ from typing import BinaryIO
 
 from bubblemesh.batch.plan import STEM, Entry
 from bubblemesh.batch.row import Row
-from bubblemesh.batch.worker import Job
+from bubblemesh.batch.worker import BatchJob
 from bubblemesh.errors import DONE, FileError, RequirementError, prefixed
 from bubblemesh.files import opened, unreadable
 from bubblemesh.meshfiles.text import HISTORY_FILES
@@ -46,7 +46,7 @@ def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict
             continue
         if entry.number not in digests:
             job = entry.job()
-            digests[entry.number] = job.row.inputs if isinstance(job, Job) else None
+            digests[entry.number] = job.row.inputs if isinstance(job, BatchJob) else None
         if row.inputs is not None and row.inputs == digests[entry.number] and _intact(row, root):
             found[entry.number] = row
     return found

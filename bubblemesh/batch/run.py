@@ -5,7 +5,7 @@ from contextlib import closing, nullcontext
 from itertools import chain
 from typing import Any
 
-from bubblemesh.batch.dispatch import Progress, dispatch
+from bubblemesh.batch.dispatch import BatchListener, dispatch
 from bubblemesh.batch.files import place_files, reserved, tidied
 from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.resume import recorded, rows_of_others, unchanged
@@ -13,7 +13,7 @@ from bubblemesh.batch.summary import Summary, indexed, require_no_index, totals
 from bubblemesh.workers.hire import Hire
 
 
-def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progress: Progress) -> dict[str, Any]:
+def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, listener: BatchListener) -> dict[str, Any]:
     """Mesh all cases of a plan, or of its shard, and give the rows in their order with their `totals`.
 
     Workers are hired only if a case is left to do. CaseError if the page of a case would be that of the batch;
@@ -32,15 +32,15 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, progr
             # Only who has workers begins a summary: an old one is not given up for nothing.
             hire(len(left)) if left else nullcontext() as workers,
             closing(Summary(options, [*others, *done.values()])) as rows,
-            indexed(rows, own, options, progress.warn),
+            indexed(rows, own, options, listener.warn),
         ):
-            progress.begin(own, len(done), rows.path)
+            listener.begin(own, len(done), rows.path)
             for number, row in done.items():
-                progress.finish(number, row, unchanged=True)
+                listener.finish(number, row, unchanged=True)
             results = dict(done)
-            for entry, outcome in dispatch(left, workers, progress) if workers else ():
+            for entry, outcome in dispatch(left, workers, listener) if workers else ():
                 results[entry.number] = row = place_files(entry, outcome, options)
                 rows.append(row)
-                progress.finish(entry.number, row)
+                listener.finish(entry.number, row)
             rows.keep()
     return totals([results[entry.number] for entry in own], len(done))

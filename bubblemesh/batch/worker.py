@@ -25,7 +25,7 @@ CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # what NumPy's tofile 
 
 
 @record
-class Job:
+class BatchJob:
     """A case with everything that meshing it takes, wherever that happens."""
 
     number: int  # the case's place in the batch
@@ -62,7 +62,7 @@ class Outcome:
     full: bool = False  # whether there was no space on a disk, which the cases to come would meet as well
 
 
-def mesh_job(job: Job, tell: Tell) -> Outcome:
+def mesh_job(job: BatchJob, tell: Tell) -> Outcome:
     """Mesh a case and make its files; an error is an outcome, too."""
     row = job.row
     try:
@@ -73,7 +73,7 @@ def mesh_job(job: Job, tell: Tell) -> Outcome:
         return Outcome(row.ended_by(error), full=is_full(error))
 
 
-def _mesh(job: Job, tell: Tell) -> Outcome:
+def _mesh(job: BatchJob, tell: Tell) -> Outcome:
     if job.version != __version__:
         raise FileError(
             f"a worker has bubblemesh {__version__}, the batch {job.version}: install the same version for both"
@@ -84,7 +84,7 @@ def _mesh(job: Job, tell: Tell) -> Outcome:
         return job.case.within_limits(lambda: _made(job, tell))
 
 
-def _made(job: Job, tell: Tell) -> Outcome:
+def _made(job: BatchJob, tell: Tell) -> Outcome:
     with local_copies(job.files):
         problem = prepare(job.case)
     result = mesh_problem(problem, lambda row: tell((job.number, row.round, row.nodes_after)))

@@ -12,7 +12,7 @@ from rich.progress import Progress as Bar
 from rich.text import Text
 
 from bubblemesh import console
-from bubblemesh.batch import Entry, Preview, Progress, Row
+from bubblemesh.batch import BatchListener, Entry, Preview, Row
 from bubblemesh.errors import DONE, BubblemeshError, RequirementError, outcome
 from bubblemesh.messages import counted, duration
 
@@ -20,7 +20,7 @@ COLUMNS = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "left", TimeR
 KINDS = (*map(outcome, (DONE, RequirementError.exit_code, BubblemeshError.exit_code)), "unchanged")
 
 
-class BatchProgress(console.Display, Progress):
+class BatchProgress(console.Display, BatchListener):
     """Shows how a batch goes on."""
 
     def __init__(self, quiet: bool, heed: Callable[[], None] = lambda: None) -> None:

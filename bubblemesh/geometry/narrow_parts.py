@@ -52,7 +52,7 @@ class ReentrantCorners(NamedTuple):
 
 
 @record
-class Walls:
+class FacingWalls:
     """All lines of a domain, its rings and those inside, as chords among which to look for gaps."""
 
     domain: Domain

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Walls
+from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.problem.narrow_parts import Filled, Unfilled, with_narrow_parts_filled
 from bubblemesh.problem.spacing import SpacingRequest
 from bubblemesh.spacing.cover import Cover
@@ -37,7 +37,7 @@ class Fitted(NamedTuple):
     short: Sources  # ends of boundary edges that are shorter than the spacing
     coarse: Sources  # places on curves that are too tight for it
     before_narrow_parts: LimitedSpacing  # made finer by these two
-    walls: Walls
+    walls: FacingWalls
     filled: Filled
 
 
@@ -69,7 +69,7 @@ def fitted_to_boundary(
     for_packing = limited_for_packing_across_sides(domain, requested.after_periodic, short.joined(coarse))
     if for_packing.spacing is not requested.spacing:
         expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)
-    walls, unfilled = Walls(domain), Unfilled(cover, spacing, requested.after_periodic, for_packing, expected)
+    walls, unfilled = FacingWalls(domain), Unfilled(cover, spacing, requested.after_periodic, for_packing, expected)
     return Fitted(
         spacing, short, coarse, for_packing, walls, with_narrow_parts_filled(walls, rules, unfilled, max_nodes)
     )

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from bubblemesh.errors import LimitError
-from bubblemesh.geometry.narrow_parts import Walls
+from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace
 from bubblemesh.spacing.rules.grading import LimitedSpacing
@@ -35,7 +35,7 @@ class Filled(NamedTuple):
     left_out: NarrowPlace | None  # the narrowest part that would take too many nodes
 
 
-def with_narrow_parts_filled(walls: Walls, rules: Rules, before: Unfilled, max_nodes: int) -> Filled:
+def with_narrow_parts_filled(walls: FacingWalls, rules: Rules, before: Unfilled, max_nodes: int) -> Filled:
     """The spacing for a packing, made to fit across narrow parts at least once, unless the rules say how often.
 
     Parts whose filling takes many times the nodes are left as they are, the narrowest first.

@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Gaps, Walls
+from bubblemesh.geometry.narrow_parts import FacingWalls, Gaps
 from bubblemesh.messages import counted, place
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace, size_across
@@ -70,7 +70,7 @@ def small_parts(parts: int | None, nodes: float) -> list[str]:
 
 
 def narrow_parts(
-    walls: Walls, spacing: Spacing, left_out: NarrowPlace | None = None, requested: Spacing | None = None
+    walls: FacingWalls, spacing: Spacing, left_out: NarrowPlace | None = None, requested: Spacing | None = None
 ) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if clearly narrower than that.
 

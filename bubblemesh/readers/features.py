@@ -187,7 +187,7 @@ def writable_label(label: str | None, name: str) -> tuple[str | None, tuple[str,
     return None, (f"{name}: {label[:40]!r} is no label, since it is too long or has {FORBIDDEN} in it",)
 
 
-class Parts(NamedTuple):
+class SimpleParts(NamedTuple):
     """Simple parts of a geometry, as lists of positions (x, y, and more that is not used)."""
 
     polygons: list[list[Sequence[Any]]]  # outer ring and holes of each
@@ -195,12 +195,12 @@ class Parts(NamedTuple):
     points: list[Any]
 
 
-NO_PARTS = Parts([], [], [])
+NO_PARTS = SimpleParts([], [], [])
 
 
-def parts_of(shape: shapely.Geometry) -> Parts:
+def parts_of(shape: shapely.Geometry) -> SimpleParts:
     """Parts of one of shapely's shapes, which may be a collection of collections."""
-    parts = Parts([], [], [])
+    parts = SimpleParts([], [], [])
     for part in _simple_parts(shape):
         if part.geom_type == "Polygon":
             parts.polygons.append([shapely.get_coordinates(loop) for loop in (part.exterior, *part.interiors)])
@@ -221,7 +221,7 @@ def _simple_parts(shape: shapely.Geometry) -> list[shapely.Geometry]:
 
 
 def feature_of(
-    parts: Parts, name: str, layer: str | None = None, properties: Mapping[str, Any] | None = None
+    parts: SimpleParts, name: str, layer: str | None = None, properties: Mapping[str, Any] | None = None
 ) -> Feature:
     """Feature of the parts of a geometry: polygons are areas, lines are curves; without parts it is empty.
 

@@ -20,7 +20,7 @@ from bubblemesh.readers.features import (
     NO_PARTS,
     Feature,
     FeatureCollection,
-    Parts,
+    SimpleParts,
     feature_name,
     feature_of,
     parts_of,
@@ -147,7 +147,7 @@ def _with_geometry(bare: Feature, entry: dict[str, Any], notes: dict[str, None])
     return feature_of(parts, bare.name, bare.layer, bare.properties)
 
 
-def _parts(geometry: Any, name: str, notes: dict[str, None], depth: int = 0) -> Parts:
+def _parts(geometry: Any, name: str, notes: dict[str, None], depth: int = 0) -> SimpleParts:
     """Parts of a GeoJSON geometry; heights that are left out are noted.
 
     CaseError, starting with the ``name``, if it is no geometry, or a position no list of numbers.
@@ -160,7 +160,7 @@ def _parts(geometry: Any, name: str, notes: dict[str, None], depth: int = 0) -> 
         members = geometry.get("geometries")
         if not isinstance(members, list) or depth > DEEPEST:
             raise CaseError(f"{name}: the collection has no list of geometries, or is nested more than {DEEPEST} deep")
-        whole = Parts([], [], [])
+        whole = SimpleParts([], [], [])
         for member in members:
             if member is not None:
                 some = _parts(member, name, notes, depth + 1)
@@ -174,7 +174,7 @@ def _parts(geometry: Any, name: str, notes: dict[str, None], depth: int = 0) -> 
     value = _plane(given, DEPTHS[kind], (), name, notes)
     several = value if kind.startswith("Multi") else [value]
     columns = {"Polygon": (several, [], []), "LineString": ([], several, []), "Point": ([], [], several)}
-    return Parts(*columns[kind.removeprefix("Multi")])
+    return SimpleParts(*columns[kind.removeprefix("Multi")])
 
 
 def _plane(value: Any, depth: int, path: tuple[int, ...], name: str, notes: dict[str, None]) -> Any:

@@ -70,7 +70,7 @@ class Clock:
 
 
 @record
-class Packing:
+class PackedProblem:
     """A problem with the rounds that packed it, and the time that each stage took.
 
     What was packed in parts, and is to stay there, is in parts; all else is one net.
@@ -104,7 +104,7 @@ def scale_of(problem: Problem) -> float:
     return 1.0 if problem.node_target is None else problem.node_target.scale
 
 
-def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> Packing:
+def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> PackedProblem:
     """Pack a problem, in parts if the task asks for them, which stay where they are kept if they may."""
     whole = problem.task.parts == 1
     packing = _whole(problem, on_round, on_share) if whole else _in_parts(problem, on_round, on_share, crew, keeping)
@@ -118,7 +118,7 @@ def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, kee
     return replace(packing, packed=refined.net, refined=refined)
 
 
-def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
+def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> PackedProblem:
     """Place bubbles and run the rounds of the method."""
     task, domain, method, seconds = problem.task, problem.packed_domain, problem.method, dict(problem.seconds)
     begun, worked = perf_counter(), thread_time()
@@ -140,10 +140,10 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> Packing:
             last_end, last = perf_counter(), done if done.stop_reason is not None else None
             del done  # or its net, which takes most of the memory, stays while the next round makes its own
     assert last is not None  # the last round tells why it is
-    return Packing(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, clock, seconds)
+    return PackedProblem(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, clock, seconds)
 
 
-def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> Packing:
+def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> PackedProblem:
     """Pack parts side by side, if it is worth several; each, and each pass over the seams, is told of as a round."""
     # Imported here since few meshes have parts.
     from bubblemesh.parts.parted import enough_parts, packed_in_parts
@@ -184,4 +184,4 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
     start = Figures.together([record.start for record in records[:parts]])
     nodes, speeds = [record.end.nodes for record in records[:parts]], tuple(record.speeds for record in records)
     row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams)
-    return Packing(problem, start, tuple(rows), speeds, packed, why, clock, seconds, parts=row)
+    return PackedProblem(problem, start, tuple(rows), speeds, packed, why, clock, seconds, parts=row)

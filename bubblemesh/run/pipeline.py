@@ -26,7 +26,7 @@ from bubblemesh.run.completed import Completed, completed
 from bubblemesh.run.estimate import repair_rows, spacing_changes
 from bubblemesh.run.measured import Measured, measured
 from bubblemesh.run.metric import unsteady_ellipses
-from bubblemesh.run.packings import OnRound, OnShare, Packing, pack
+from bubblemesh.run.packings import OnRound, OnShare, PackedProblem, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 from bubblemesh.run.verdict import verdict
 
@@ -142,7 +142,9 @@ def _meshed(
     return _finish(packings, begun, adaptation)
 
 
-def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, Any] | None) -> Result | SlicedResult:
+def _finish(
+    packings: Sequence[PackedProblem], begun: float, adaptation: Mapping[str, Any] | None
+) -> Result | SlicedResult:
     """Make the mesh of the best packing, measure it and report."""
     best = _best(packings)
     problem, partition, seconds = best.problem, best.problem.task.partition, dict(best.seconds)
@@ -163,14 +165,14 @@ def _finish(packings: Sequence[Packing], begun: float, adaptation: Mapping[str, 
     return SlicedResult(problem, done.mesh, report, best.speeds, why_not)
 
 
-def _best(packings: Sequence[Packing]) -> Packing:
+def _best(packings: Sequence[PackedProblem]) -> PackedProblem:
     """The packing that is nearest to the requested number of nodes, of those that were not cut short if any."""
     target = packings[0].problem.node_target
     requested = packings[0].nodes if target is None else target.nodes
     return min(packings, key=lambda packing: (packing.clock.over, abs(packing.nodes - requested)))
 
 
-def _node_target_row(best: Packing, packings: Sequence[Packing]) -> NodeTargetRow | None:
+def _node_target_row(best: PackedProblem, packings: Sequence[PackedProblem]) -> NodeTargetRow | None:
     """What the report tells of the requested number of nodes, if there is one."""
     target = best.problem.node_target
     attempts = tuple({"scale": packing.scale, "nodes": packing.nodes} for packing in packings)
@@ -178,7 +180,7 @@ def _node_target_row(best: Packing, packings: Sequence[Packing]) -> NodeTargetRo
 
 
 def _report(
-    best: Packing,
+    best: PackedProblem,
     found: Measured,
     done: Completed,
     seconds: Mapping[str, float],
@@ -222,7 +224,7 @@ def _report(
     )
 
 
-def _told(best: Packing, found: Measured, done: Completed, *, adapted: bool) -> tuple[str, ...]:
+def _told(best: PackedProblem, found: Measured, done: Completed, *, adapted: bool) -> tuple[str, ...]:
     """Warnings of the report: of the case, of its packing, and of the mesh."""
     problem, target, layers = best.problem, best.problem.node_target, best.problem.rest
     as_many = None if problem.refined or problem.rest else problem.survey.ideal_nodes
@@ -244,7 +246,7 @@ def _told(best: Packing, found: Measured, done: Completed, *, adapted: bool) -> 
     )
 
 
-def _corrected(problem: Problem, target: NodeTarget, packings: Sequence[Packing]) -> Problem | None:
+def _corrected(problem: Problem, target: NodeTarget, packings: Sequence[PackedProblem]) -> Problem | None:
     """The problem with a scale that may come nearer to the target, None if there is none.
 
     Where lattices have missed it, since they have whole rows of nodes, these are placed one by one.
@@ -262,6 +264,6 @@ def _corrected(problem: Problem, target: NodeTarget, packings: Sequence[Packing]
     return None if known else replace(problem, task=task)
 
 
-def _misses(packing: Packing, target: NodeTarget) -> bool:
+def _misses(packing: PackedProblem, target: NodeTarget) -> bool:
     """Whether another scale may come nearer to the target."""
     return not packing.clock.over and bool(warnings.missed_node_target(target.nodes, packing.nodes))

@@ -10,11 +10,11 @@ from bubblemesh.messages import counted
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.problem.problem import SEA_REQUIREMENTS
-from bubblemesh.run.packings import Packing
+from bubblemesh.run.packings import PackedProblem
 from bubblemesh.run.water import sea_figures
 
 
-def verdict(packing: Packing, figures: Mapping[str, Any], mesh: Mesh | SlicedMesh) -> BubblemeshError | None:
+def verdict(packing: PackedProblem, figures: Mapping[str, Any], mesh: Mesh | SlicedMesh) -> BubblemeshError | None:
     """Why the mesh of a packing is not what the case requires, if it is not; ``figures`` are the report's."""
     if packing.clock.over:
         return LimitError(f"limits.seconds: stopped by {packing.stop_reason}: the mesh is written as it was then")

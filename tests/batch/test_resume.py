@@ -15,7 +15,7 @@ from batches import BAD, SMALL, batch, command, finished, lines_of, results_in, 
 
 from bubblemesh.batch import BatchOptions
 from bubblemesh.batch.files import staging_prefix
-from bubblemesh.batch.worker import Job
+from bubblemesh.batch.worker import BatchJob
 from bubblemesh.case import overrides_of
 
 RING = "0 0\n1 0\n1 1\n0 1\n"
@@ -130,7 +130,7 @@ def test_a_time_limit_is_no_input_of_what_was_finished_in_time(done):
 
 
 def test_another_version_is_noticed(done, monkeypatch):
-    monkeypatch.setattr(Job.__init__, "__defaults__", ("0.0.9",))
+    monkeypatch.setattr(BatchJob.__init__, "__defaults__", ("0.0.9",))
     monkeypatch.setattr("bubblemesh.batch.worker.__version__", "0.0.9")
     assert anew() == ["child", "file", "plain"]
     assert anew() == []

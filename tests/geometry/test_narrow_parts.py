@@ -4,7 +4,7 @@ from partitions import domain_of
 
 from bubblemesh.geometry import narrow_parts, rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Walls
+from bubblemesh.geometry.narrow_parts import FacingWalls
 
 U_SHAPE = Domain.of(rings.polygon([(0, 0), (3, 0), (3, 3), (2.6, 3), (2.6, 0.5), (0.4, 0.5), (0.4, 3), (0, 3)]))
 
@@ -16,7 +16,7 @@ def everywhere(domain, reach, per_piece=200):
     piece = np.repeat(np.arange(count), per_piece)
     s = np.tile((np.arange(per_piece) + 0.5) / per_piece, count) * boundary.lengths[piece]
     reach = np.full(len(piece), float(reach))
-    return Walls(domain).facing(piece, s, reach, reach)
+    return FacingWalls(domain).facing(piece, s, reach, reach)
 
 
 def found(domain, reach):
@@ -161,7 +161,7 @@ def test_corners_and_bends_are_no_gaps(domain, reach):
 def test_places_have_reaches_of_their_own():
     domain = Domain.of(rings.rectangle(0, 0, 4, 0.3))
     piece, s = np.array([0, 0, 0]), np.array([1.0, 2.0, 3.0])
-    gaps = Walls(domain).facing(piece, s, np.array([0.2, 0.5, 0.4]), np.zeros(3))
+    gaps = FacingWalls(domain).facing(piece, s, np.array([0.2, 0.5, 0.4]), np.zeros(3))
     assert gaps.number.tolist() == [1, 2]
     np.testing.assert_allclose(gaps.places, [[2, 0], [3, 0]])
     np.testing.assert_allclose(gaps.feet, [[2, 0.3], [3, 0.3]])
@@ -170,7 +170,7 @@ def test_places_have_reaches_of_their_own():
 
 
 def test_no_places_have_no_gaps():
-    gaps = Walls(U_SHAPE).facing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
+    gaps = FacingWalls(U_SHAPE).facing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
     assert gaps.places.shape == gaps.feet.shape == (0, 2)
     assert gaps.widths.shape == (0,)
 
@@ -209,7 +209,7 @@ LENS = [rings.ArcTo((1, 0), (0, 20), True), rings.ArcTo((-1, 0), (0, -20), True)
 def test_two_lines_that_join_at_both_ends_are_a_gap_in_between(room):
     domain = Domain.of(rings.path((-1, 0), LENS))
     piece, s = np.zeros(200, np.int64), (np.arange(200) + 0.5) / 200 * domain.boundary.lengths[0]
-    gaps = Walls(domain).facing(piece, s, np.full(200, 0.6), np.full(200, room))
+    gaps = FacingWalls(domain).facing(piece, s, np.full(200, 0.6), np.full(200, room))
     assert gaps.places[:, 0].min() == pytest.approx(room - 1, abs=0.01)
     assert gaps.places[:, 0].max() == pytest.approx(1 - room, abs=0.01)
     np.testing.assert_allclose(gaps.widths, 2 * np.abs(gaps.places[:, 1]), rtol=0.01)

@@ -5,7 +5,7 @@ import pytest
 import shapely
 from partitions import domain_of
 
-from bubblemesh.geometry.narrow_parts import Walls, reentrant_corners
+from bubblemesh.geometry.narrow_parts import FacingWalls, reentrant_corners
 from bubblemesh.problem.warnings import narrow_parts, sharp_angles
 from bubblemesh.spacing.spacing import Spacing
 
@@ -59,14 +59,14 @@ NARROW = {
 @pytest.mark.parametrize(("text", "width", "place"), NARROW.values(), ids=NARROW)
 def test_what_leaves_a_narrow_strip_is_told_with_its_width_and_place(text, width, place):
     domain = domain_of(UNIT + text)
-    (warning,) = narrow_parts(Walls(domain), uniform(0.1))
+    (warning,) = narrow_parts(FacingWalls(domain), uniform(0.1))
     assert warning.startswith("what is inside the domain leaves a strip of 0.0")
     found, at = width_and_place(warning)
     assert found == pytest.approx(width, rel=0.05)
     assert "narrower than the spacing there (0.1)" in warning
     if place is not None:
         assert np.hypot(*np.subtract(at, place)) < 0.035
-    assert narrow_parts(Walls(domain), uniform(0.95 * width)) == []
+    assert narrow_parts(FacingWalls(domain), uniform(0.95 * width)) == []
 
 
 WIDE = {
@@ -86,7 +86,7 @@ WIDE = {
 @pytest.mark.long
 @pytest.mark.parametrize("text", WIDE.values(), ids=WIDE)
 def test_no_false_alarm(text):
-    assert narrow_parts(Walls(domain_of(UNIT + text)), uniform(0.1)) == []
+    assert narrow_parts(FacingWalls(domain_of(UNIT + text)), uniform(0.1)) == []
 
 
 @pytest.mark.long
@@ -104,7 +104,7 @@ def test_the_width_is_the_least_distance_of_all(seed):
     domain = domain_of(UNIT + text + lines(*(one.coords for one in made[1:])))
     made += [shapely.Point(p) for p in points]
     least = min(shapely.distance(a, b) for k, a in enumerate(made) for b in made[:k])
-    (warning,) = narrow_parts(Walls(domain), uniform(2 * least))
+    (warning,) = narrow_parts(FacingWalls(domain), uniform(2 * least))
     assert width_and_place(warning)[0] == pytest.approx(least, rel=1e-2)
 
 
@@ -153,7 +153,7 @@ def test_of_many_sharp_angles_the_worst_are_told():
 def test_the_nearest_thing_ahead_of_a_tip_is_found():
     text = "holes: [{rectangle: [0.4, 0.6, 0.6, 0.61]}], " + lines([(0.5, 0.2), (0.5, 0.5)])
     domain = domain_of(UNIT + text)
-    walls, found = Walls(domain), reentrant_corners(domain)
+    walls, found = FacingWalls(domain), reentrant_corners(domain)
     gaps = walls.facing_corners(found, np.full(len(found.corner), 0.25))
     places, feet = (map(tuple, ends.tolist()) for ends in (gaps.places, gaps.feet))
     seen = dict(zip(places, zip(feet, gaps.widths, gaps.inner, strict=True), strict=True))
@@ -172,4 +172,4 @@ def test_tips_do_not_see_the_lines_that_they_belong_to():
     domain = domain_of(UNIT + lines(arc))
     found = reentrant_corners(domain)
     assert len(found.corner) == 2
-    assert len(Walls(domain).facing_corners(found, np.full(2, 0.19)).widths) == 0
+    assert len(FacingWalls(domain).facing_corners(found, np.full(2, 0.19)).widths) == 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Walls
+from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.geometry.rings import ArcTo, LineTo, circle, path, polygon, rectangle
 from bubblemesh.problem.warnings import narrow_parts, poor_result, refined_boundary, sharp_angles
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
@@ -56,7 +56,7 @@ def test_no_false_alarm_of_sharp_angles(domain, spacing):
 
 @harmless
 def test_no_false_alarm_of_narrow_parts(domain, spacing):
-    assert narrow_parts(Walls(domain), spacing) == []
+    assert narrow_parts(FacingWalls(domain), spacing) == []
 
 
 @pytest.mark.parametrize("degrees", [1, 3, 4.9])
@@ -121,7 +121,7 @@ NARROW = {
 
 @pytest.mark.parametrize(("domain", "d", "width"), NARROW.values(), ids=NARROW)
 def test_narrow_wall_is_named_with_its_width(domain, d, width):
-    (warning,) = narrow_parts(Walls(domain), uniform(d))
+    (warning,) = narrow_parts(FacingWalls(domain), uniform(d))
     words = warning.split()
     assert words[:3] == ["the", "domain", "is"]
     assert float(words[3]) == pytest.approx(width, rel=0.05)
@@ -130,7 +130,7 @@ def test_narrow_wall_is_named_with_its_width(domain, d, width):
 
 @pytest.mark.parametrize(("domain", "d", "width"), NARROW.values(), ids=NARROW)
 def test_walls_wider_than_the_spacing_are_not_narrow(domain, d, width):
-    assert narrow_parts(Walls(domain), uniform(0.9 * width)) == []
+    assert narrow_parts(FacingWalls(domain), uniform(0.9 * width)) == []
 
 
 def test_short_edges_are_counted_and_the_shortest_is_named():

@@ -19,7 +19,7 @@ STRETCHED = 0.05  # most by which a lattice gives way to fit the walls
 ROWS_APART = np.sqrt(3) / 2  # in terms of the distance of bubbles in a row
 
 
-class Walls(NamedTuple):
+class LatticeWalls(NamedTuple):
     """Straight pieces of a boundary."""
 
     start: Floats  # (k, 2)
@@ -27,7 +27,7 @@ class Walls(NamedTuple):
     length: Floats  # (k,)
 
     @classmethod
-    def of(cls, domain: Domain) -> "Walls":
+    def of(cls, domain: Domain) -> "LatticeWalls":
         """All straight pieces of a domain's boundary."""
         boundary = domain.boundary
         piece = np.flatnonzero(~boundary.closed)
@@ -38,11 +38,11 @@ class Walls(NamedTuple):
         along = taken(end - start, straight) / chord[straight, None]
         return cls(taken(start, straight), along, chord[straight])
 
-    def on(self, plateau: Plateau, spacing: Spacing) -> "Walls":
+    def on(self, plateau: Plateau, spacing: Spacing) -> "LatticeWalls":
         """Walls longer than the spacing of a plateau that have it at their middle."""
         middle = self.start + self.along * self.length[:, None] / 2
         some = np.flatnonzero((self.length > plateau.d) & plateau.holds(spacing.extended(middle)))
-        return Walls(*(taken(column, some) for column in self))
+        return LatticeWalls(*(taken(column, some) for column in self))
 
     @property
     def main(self) -> int:
@@ -70,7 +70,7 @@ class Crystal:
     @classmethod
     def fitting(cls, plateau: Plateau, domain: Domain, spacing: Spacing) -> "Crystal":
         """The lattice along the main wall of a plateau, stretched a little to fit it and the longest one facing it."""
-        d, walls = plateau.d, Walls.of(domain).on(plateau, spacing)
+        d, walls = plateau.d, LatticeWalls.of(domain).on(plateau, spacing)
         if len(walls.length) == 0:
             x0, y0, x1, y1 = domain.bounds
             return cls(plateau, np.array([x0 + x1, y0 + y1]) / 2, np.array([1.0, 0.0]), d, ROWS_APART * d)

@@ -9,7 +9,7 @@ from bubblemesh.arrays import Floats, Integers, members, select
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import NO_GAPS, Gaps, Walls
+from bubblemesh.geometry.narrow_parts import NO_GAPS, FacingWalls, Gaps
 from bubblemesh.messages import node_limit, place
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
@@ -55,14 +55,14 @@ class GapSources:
 
         LimitError if they need more than ``max_nodes`` nodes, with the narrowest place.
         """
-        return self._found(Walls(domain), spacing, self._refused)[0]
+        return self._found(FacingWalls(domain), spacing, self._refused)[0]
 
-    def affordable(self, walls: Walls, spacing: Spacing) -> tuple[Sources, NarrowPlace | None]:
+    def affordable(self, walls: FacingWalls, spacing: Spacing) -> tuple[Sources, NarrowPlace | None]:
         """Sources but for the narrowest parts, as far as ``max_nodes`` nodes are enough; the narrowest one left out."""
         return self._found(walls, spacing, _narrowest_affordable)
 
     def _found(
-        self, walls: Walls, spacing: Spacing, cut: Callable[[Gaps, Floats, Floats, float], float]
+        self, walls: FacingWalls, spacing: Spacing, cut: Callable[[Gaps, Floats, Floats, float], float]
     ) -> tuple[Sources, NarrowPlace | None]:
         """Sources of at least the size at which ``cut`` cuts off those that need too many nodes."""
         domain, corner = walls.domain, walls.reentrant

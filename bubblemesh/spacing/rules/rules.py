@@ -10,7 +10,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Walls
+from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.records import record
 from bubblemesh.spacing.rules.gap_sources import POOR, GapSources, NarrowPlace
@@ -64,7 +64,7 @@ class Rules:
         return replace(gradient_limited(domain, spacing, growth, sources), ground=None)
 
     def affordable_gaps(
-        self, walls: Walls, spacing: Spacing, requested: Spacing, max_nodes: float
+        self, walls: FacingWalls, spacing: Spacing, requested: Spacing, max_nodes: float
     ) -> tuple[Sources, NarrowPlace | None]:
         """Sources by which one spacing fits across narrow parts, unless the rules have an ``across`` of their own.
 

@@ -10,7 +10,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.narrow_parts import Walls
+from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.messages import node_limit, place
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -205,7 +205,7 @@ def _nodes_beside(domain: Domain, tight: TightChords, radius: Floats, growth: fl
     if along.sum() < MANY * max_nodes:
         return 0.0
     deep = radius / 4  # up to there a curve gets shorter by a quarter, if it does
-    room = Walls(domain).facing(tight.piece, tight.s + tight.step / 2, 2 * deep, deep)
+    room = FacingWalls(domain).facing(tight.piece, tight.s + tight.step / 2, 2 * deep, deep)
     np.minimum.at(deep, room.number, room.widths / 2)
     beside = 0.75 * deep / (tight.size + growth * deep)
     return float((along * (1 / 2 + 2 / np.sqrt(3) * beside)).sum())

@@ -11,7 +11,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.net import connect
-from bubblemesh.packing.placement.crystals import Crystal, Walls
+from bubblemesh.packing.placement.crystals import Crystal, LatticeWalls
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.placement.lattice import CLEAR, HexagonalLattice
 from bubblemesh.packing.placement.plateaus import Plateau
@@ -120,7 +120,7 @@ def test_rows_run_along_the_walls_that_are_longest_together():
     b = a + 0.9 * np.array([np.cos(slopes[0]), np.sin(slopes[0])])
     c = b + 0.9 * np.array([np.cos(slopes[1]), np.sin(slopes[1])])
     domain = Domain.of(rings.polygon([tuple(a), tuple(b), tuple(c), (-1.0, 1.3)]))
-    walls = Walls.of(domain)
+    walls = LatticeWalls.of(domain)
     longest = walls.length.argmax()
     angle = np.degrees(np.arctan2(*walls.along[walls.main][::-1]))
     assert walls.main != longest
@@ -128,7 +128,7 @@ def test_rows_run_along_the_walls_that_are_longest_together():
 
 
 def test_directions_just_above_and_below_a_turn_are_alike():
-    walls = Walls(
+    walls = LatticeWalls(
         np.zeros((3, 2)), np.array([[np.cos(a), np.sin(a)] for a in np.radians([59.8, 0.3, 30])]), np.array([1, 1.1, 2])
     )
     assert walls.main == 1
