@@ -29,7 +29,7 @@ MOST_MOVE = 0.5  # spacings in a step; where d jumps, a large bubble has so many
 # Viscosities in some steps, of bubbles touched (n,) or not.
 Viscosities = Callable[[range, Booleans], list[Floats | float]]
 # Is told of some steps of so many bubbles.
-Progress = Callable[[range, int], None]
+OnSteps = Callable[[range, int], None]
 
 
 class Dynamics(NamedTuple):
@@ -38,7 +38,7 @@ class Dynamics(NamedTuple):
     force: VanDerWaals
     motion: Motion
     viscosities: Viscosities
-    progress: Progress = lambda steps, bubbles: None
+    progress: OnSteps = lambda steps, bubbles: None
 
 
 class Relaxed(NamedTuple):
