@@ -22,6 +22,7 @@ BETWEEN_BREAKS = re.compile(r"[^\r\n]+")
 COMMENT = r"#[^\r\n\x85\u2028\u2029]*"  # the last three end lines in YAML
 LINE = rf"- +\[[-+.0-9eE, ]*\](?: *| +{COMMENT})(?:\r?\n|\Z)"
 LINES = re.compile(rf"^(?P<indent> *){LINE}(?:(?: *(?:{COMMENT})?\r?\n)*+(?P=indent){LINE})++", re.MULTILINE)
+WHOLE_LINE = re.compile(rf" *{LINE}")
 ITEM = re.compile(r"^ *- +(\[[^\]]*\])", re.MULTILINE)
 LEAST = 16  # characters of a list that is worth it
 NUMBERS = {int, float}
@@ -69,10 +70,13 @@ def cut_out(text: str, integer: Callable[[str], Any]) -> tuple[str, dict[str, Nu
         return word + BETWEEN_BREAKS.sub("", found.text)
 
     def without_lines(match: re.Match[str]) -> str:
-        found = _number_list(f"[{','.join(ITEM.findall(match[0]))}]", decode)
+        lines = _whole_lines(match)
+        found = _number_list(f"[{','.join(ITEM.findall(lines))}]", decode)
+        if found is None:
+            return match[0]
         # A list may begin where the key above it does, but a word that is its value has to stand behind that.
         indent = match["indent"] + " "
-        return match[0] if found is None else indent + replaced(match[0], replace(found, text=match[0], has_lines=True))
+        return indent + replaced(lines, replace(found, text=lines, has_lines=True)) + match[0][len(lines) :]
 
     def without_brackets(match: re.Match[str]) -> str:
         length = match[0].rfind("]") + 1
@@ -80,6 +84,20 @@ def cut_out(text: str, integer: Callable[[str], Any]) -> tuple[str, dict[str, Nu
         return replaced(list_text, _number_list(list_text, decode) if length >= LEAST else None) + match[0][length:]
 
     return CANDIDATE.sub(without_brackets, LINES.sub(without_lines, text)), lists
+
+
+def _whole_lines(match: re.Match[str]) -> str:
+    """What is matched up to the last line with a list.
+
+    Python 3.11 before 3.11.5 adds a part of the line behind that which is none (its issue 106052).
+    """
+    text, begin, end = match.string, match.start(), match.end()
+    while True:
+        last = max(text.rfind("\n", begin, end - 1) + 1, begin)
+        line = WHOLE_LINE.match(text, last)
+        if last == begin or (line is not None and line.end() == end):
+            return text[begin:end]
+        end = last
 
 
 def _number_list(text: str, decode: Callable[[str], Any]) -> NumberList | None:

@@ -31,7 +31,7 @@ CHARACTERS = 100  # of attributes, that count as one more element
 LONGEST_ENTITY = 1000  # characters: drawing programs name addresses by them
 MOST_STYLED = 200_000_000  # characters of styles that elements look through
 # What style sheets are made of. The library would try whatever is none of these from each of its characters on.
-RULES = re.compile(r"(?:[^{]*+\{[^}]*+\})*+")
+RULE = re.compile(r"[^{]*+\{[^}]*+\}")
 COMMENT = re.compile(r"/\*[\s\S]*?\*/|//.*$", re.MULTILINE)
 LONGEST_REST = 200  # characters
 DEEPEST = 100
@@ -129,9 +129,11 @@ def _sheet_size(element: Element) -> int:
     if text.rfind("/*") > text.rfind("*/"):
         raise CaseError(f"{element.name}: a comment in it has no end: close it by */")
     plain = COMMENT.sub("", text)
-    rest = RULES.match(plain)
+    end = 0
+    while rule := RULE.match(plain, end):
+        end = rule.end()
     empty = max((len(before) - before.rfind("}") for before in plain.split("{}")[:-1]), default=0)
-    if rest is None or max(len(plain[rest.end() :].strip()), empty) > LONGEST_REST:
+    if max(len(plain[end:].strip()), empty) > LONGEST_REST:
         raise CaseError(f"{element.name}: it is not made of rules with braces: correct it, or remove it")
     return len(text)
 
