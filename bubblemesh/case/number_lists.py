@@ -87,9 +87,9 @@ def cut_out(text: str, integer: Callable[[str], Any]) -> tuple[str, dict[str, Nu
 
 
 def _whole_lines(match: re.Match[str]) -> str:
-    """What is matched up to the last line with a list.
+    """Text of a match of `LINES` up to the end of its last line with a list.
 
-    Python 3.11 before 3.11.5 adds a part of the line behind that which is none (its issue 106052).
+    Python 3.11 before 3.11.5 matches a part of the next line as well, which is none (CPython's issue 106052).
     """
     text, begin, end = match.string, match.start(), match.end()
     while True:

@@ -134,7 +134,7 @@ def _arrived(left: float, sent: float) -> Deadline:
 
 @record
 class Terms:
-    """What holds for the packing of a part or strip, of whatever domain it is."""
+    """Terms on which all parts and strips of a mesh are packed: spacing, method, limits."""
 
     spacing: Spacing
     target: Spacing | None  # that figures and fields of the triangles compare with, if they are made by parts

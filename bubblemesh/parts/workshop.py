@@ -17,7 +17,7 @@ JobOf = Callable[[int], Job]  # makes the job with a number when a worker is to 
 
 @record
 class Workshop:
-    """Who packs the parts and strips of a mesh, who keeps the parts, and who is told how far they are."""
+    """The crew that packs the parts and strips of a mesh, the store that keeps the parts, and listeners."""
 
     crew: Crew
     store: Store
