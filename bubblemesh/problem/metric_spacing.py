@@ -121,8 +121,10 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
     from bubblemesh.packing.annealing import NoAnnealing
     from bubblemesh.packing.methods import METHODS
     from bubblemesh.packing.rounds import rounds
+    from bubblemesh.packing.smoothing import NoSmoothing
 
-    method = replace(METHODS[IN_METRIC], annealing=NoAnnealing())
+    # Tensors are interpolated between the nodes, and for that these need not be in order.
+    method = replace(METHODS[IN_METRIC], annealing=NoAnnealing(), smoothing=NoSmoothing())
     result = spacing
     for _ in range(GRADINGS):
         levels, start = method.started(domain, result, 0, max_nodes)
