@@ -13,6 +13,7 @@ from bubblemesh.spacing.metric.metric import Ellipses
 
 Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
+SQUARE = 1e-3  # cosine of the angle between a wall and the way to it that is a right one, but for rounding on curves
 INFINITE = 1e100  # size that asks for nothing
 
 
@@ -68,14 +69,15 @@ class AlongWalls:
         foot, tangent = self.domain.feet(points, *self.labels)
         ax, ay = x - foot[:, 0], y - foot[:, 1]
         distance = np.hypot(ax, ay)
-        at_wall = distance <= CLOSE * self.domain.size
         of_point = ~tangent.any(axis=1)  # which has no direction: around it they are circles
+        tx, ty = tangent.T
         # Around corners and ends they turn; what is all but on a wall has too short a way to it to tell the direction.
-        around = np.column_stack([-ay, ax]) / np.where(at_wall, 1.0, distance)[:, None]
+        close = CLOSE * self.domain.size
+        turning = np.flatnonzero((np.abs(tx * ax + ty * ay) > SQUARE * distance) & (distance > close))
         # Outside, where straight edges are looked at that end there, a wall goes on as it was.
-        near = np.full(len(x), CLOSE * self.domain.size)
-        straight_on = at_wall | self.domain.surely_outside(points, near)
-        direction = np.where(straight_on[:, None], tangent, around)
+        turning = turning[~self.domain.surely_outside(points[turning], np.full(len(turning), close))]
+        direction = tangent.copy()
+        direction[turning] = np.column_stack([-ay, ax])[turning] / distance[turning, None]
         direction[of_point] = 1.0, 0.0
         along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
         across = np.where(along > 0, np.minimum(self.across + self.growth * distance, along), np.nan)
