@@ -238,10 +238,11 @@ def _first_heights(first: Floats, length: Floats) -> dict[str, float]:
     """Figures of first heights (k, 2) over the requested one, at edges of lengths (k,); none without any edge."""
     if len(length) == 0:
         return {}
-    ratio = first[first > 0]
+    some = first > 0
+    ratio, weight = first[some], np.broadcast_to(length[:, None], first.shape)[some]
     return {
         "least": float(ratio.min()) if len(ratio) else 0.0,
-        "mean": float(ratio.mean()) if len(ratio) else 0.0,
+        "mean": float(np.average(ratio, weights=weight)) if len(ratio) else 0.0,
         "largest": float(ratio.max(initial=0.0)),
         "kept": float(length[(np.abs(first - 1) <= NEARLY).all(axis=1)].sum() / length.sum()),
     }

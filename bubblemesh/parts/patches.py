@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, unconnected
 from bubblemesh.parts.division import Division, Places
-from bubblemesh.parts.ends import merged
+from bubblemesh.parts.ends import merged, spread
 from bubblemesh.parts.part import Band
 from bubblemesh.spacing.spacing import Spacing
 
@@ -77,13 +77,15 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
     loose = slides & corner
     loose[loose] = ~whole.tied[number[loose]]
     net = unconnected(bubbles, whole)
-    triangles, stands = merged(bubbles.x, spacing, place[triangles], net.facets, place[node[loose]])
+    loose_ends = place[node[loose]]
+    triangles, stands = merged(bubbles.x, spacing, place[triangles], net.facets, loose_ends)
     stay = stands == np.arange(len(stands))
     rank = (np.cumsum(stay) - 1)[stands]
     if not stay.all():
         bubbles = bubbles.select(np.flatnonzero(stay))
         net = unconnected(bubbles, whole)
     net = replace(net, triangles=rank[triangles])
+    net = replace(net, bubbles=spread(net, whole.boundary, rank[loose_ends[stay[loose_ends]]], spacing))
     numbers = tuple(rank[place[patch.node]] for patch in patches)
     return Joined(net, rank[np.concatenate([ends, on_cut])], rank[ends], numbers)
 

@@ -127,17 +127,20 @@ class Problem:
         return Demands(task.least_angle, areas, task.inner_node, task.max_nodes)
 
     @property
-    def may_stay_in_parts(self) -> bool:
-        """Whether nothing asks for all triangles at once."""
-        return (
-            not self.demands
-            and self.rest is None
-            and not isinstance(self.spacing, MetricSpacing)
-            and self.task.order == 1
-            and self.task.partition is None
-            and not SEA_REQUIREMENTS & self.task.requirements.keys()
-            and (self.domain.plane is None or self.domain.plane.target is None)
-        )
+    def needs_all_at_once(self) -> tuple[str, ...]:
+        """What asks for all triangles at once, so that what is packed in parts may not stay in them."""
+        task, plane = self.task, self.domain.plane
+        asked = {
+            "angle_min": task.least_angle > 0,
+            "largest": bool(np.isfinite([task.largest, *task.largest_in.values()]).any()),
+            "overconstrained": task.inner_node,
+            "layers": self.rest is not None,
+            "metric": isinstance(self.spacing, MetricSpacing),
+            "output.order": task.order > 1,
+            "output.partition": task.partition is not None,
+            "crs.to": plane is not None and plane.target is not None,
+        }
+        return *(name for name, needed in asked.items() if needed), *sorted(SEA_REQUIREMENTS & task.requirements.keys())
 
     @property
     def refined(self) -> bool:

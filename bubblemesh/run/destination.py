@@ -261,10 +261,11 @@ def _with_formats_told(
         warned.append(f"there is no place for the partition in {', '.join(lacking)}: {PARTITIONED} have one")
     if "parts" in report and len(mesh.points) > LARGE and whole:
         warned.append(f"{', '.join(whole)}: written from the whole mesh in memory: {SLICED} are written part by part")
-    if "parts" in report and mesh.partition is None and pieces and whole:
+    if "parts" in report and mesh.partition is None and pieces:
+        reasons = [*report["parts"]["joined_for"], *whole]
         warned.append(
-            f"{', '.join(pieces)}: in one piece, since the whole mesh is needed for {', '.join(whole)}: leave that to "
-            "another run, or set output.partition"
+            f"{', '.join(pieces)}: in one piece, since the whole mesh is needed for {', '.join(reasons)}: leave that "
+            "to another run, or set output.partition"
         )
     return {**report, "warnings": [*report["warnings"], *warned]} if warned else report
 

@@ -155,7 +155,7 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
     if parts > problem.packed_nodes:
         with at_key("parts"):
             raise CaseError(f"about {problem.packed_nodes:.0f} nodes are too few for {parts} parts: ask for fewer")
-    task, seconds, stay = problem.task, dict(problem.seconds), keeping.in_slices and problem.may_stay_in_parts
+    task, seconds, stay = problem.task, dict(problem.seconds), keeping.in_slices and not problem.needs_all_at_once
     rows, records = list[RoundRow](), list[Record]()
 
     def on_done(record: Record) -> None:
@@ -183,5 +183,5 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
     why = clock.reason if clock.over else "all parts and the seams between are packed"
     start = Figures.together([record.start for record in records[:parts]])
     nodes, speeds = [record.end.nodes for record in records[:parts]], tuple(record.speeds for record in records)
-    row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams)
+    row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams, problem.needs_all_at_once)
     return PackedProblem(problem, start, tuple(rows), speeds, packed, why, clock, seconds, parts=row)

@@ -81,13 +81,17 @@ class RoundRow:
 
 @record
 class PartsRow:
-    """Parts that were packed side by side: their number and nodes, the nodes along the cuts and of the seams."""
+    """Parts that were packed side by side: their number and nodes, the nodes along the cuts and of the seams.
+
+    And what of the case asked for all triangles at once, so that the mesh is in one piece.
+    """
 
     number: int
     least_nodes: int
     most_nodes: int
     on_cuts: int
     in_seams: int
+    joined_for: tuple[str, ...]
 
 
 @record

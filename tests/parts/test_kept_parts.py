@@ -42,7 +42,7 @@ FINE = {
     "lines": LINES,
     "periodic": PERIODIC.replace("0.04 + 0.02", "0.018 + 0.01"),
 }
-EXACT = "nodes", "triangles", "boundary_nodes", "bounds", "area", "area_error", "parts", "force_evaluations"
+EXACT = "nodes", "triangles", "boundary_nodes", "bounds", "area", "area_error", "force_evaluations"
 BINS = 2e-3  # of quantiles from histograms of a few thousand numbers
 PLATE = """
 domain: {outer: {rectangle: [0, 0, 2, 1]}}
@@ -98,6 +98,7 @@ def test_a_mesh_in_slices_is_the_one_that_is_made_at_once(name, tmp_path):
     for check in CHECKS[not one.outer.all() :]:  # corners of inner lines come before other boundary nodes
         check(same)
     told, known = result.report.data, whole.report.data
+    assert told["parts"] == known["parts"]
     for key in EXACT:
         assert told[key] == pytest.approx(known[key], rel=1e-12, abs=1e-14)
     for key in ("quality", "spacing"):
@@ -425,6 +426,8 @@ def test_formats_with_pieces_that_have_one_only_are_told(here):
     assert "pvtu: in one piece, since the whole mesh is needed for su2" in told.replace("\n", " ")
     for others in (["--partition", "2", "--format", "su2"], []):
         assert "in one piece" not in command(*words, *others)[2]
+    told = command(*words, "--set", "layers=[{on: outer, first: 0.004, count: 3}]")[2].replace("\n", " ")
+    assert "pvtu: in one piece, since the whole mesh is needed for layers: leave that" in told
 
 
 @pytest.mark.parametrize("extra", ["angle_min: 28", "output: {order: 2}", "output: {partition: 3}"])

@@ -19,7 +19,7 @@ from twins import needs_compiler
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
-from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.meshes.quality import Measures, radius_ratios
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.parts import seams
 from bubblemesh.parts.cuts import cut
@@ -184,6 +184,23 @@ def test_ends_of_cuts_make_no_short_sides_on_a_wall_of_many_corners(parts):
     ]
     assert shortest[1] > 0.65 * shortest[0]
     assert many.report["quality"]["min"] > one.report["quality"]["min"] - 0.15
+
+
+@pytest.mark.parametrize("size", [0.03, 0.025])
+def test_ends_of_cuts_make_no_short_sides_on_the_front_of_layers(size):
+    """Sides of a front that are long get a bubble in their middle, wherever a cut meets them."""
+    text = f"""
+domain:
+  outer: {{rectangle: [0, 0, 2, 1]}}
+  holes: [{{circle: {{center: [0.6, 0.5], radius: 0.2}}, label: body}}]
+spacing: {size}
+layers: [{{on: body, first: 0.001, until: isotropic}}]
+"""
+    result = mesh_case(case(text, 3 if size == 0.03 else 8))
+    mesh = result.mesh
+    check_mesh(mesh)
+    packed = result.fields["layer"] == 0
+    assert Measures(mesh.points, mesh.triangles[packed]).radius_ratios.min() > 0.7
 
 
 def test_no_line_shows_where_the_cuts_were():
