@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, concatenated, select
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, select
 from bubblemesh.layers.heights import on_pieces, reached
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
@@ -19,6 +19,7 @@ class Edges(NamedTuple):
     region: Integers  # (k,): there
     piece: Integers  # (k,): piece of the whole that they run along, -1 above walls
     s: Floats  # (k, 2): arc lengths of their ends there
+    closes_step: Booleans  # (k,): whether the cell on their right is a triangle beside the last layer of one column
 
     @classmethod
     def of(cls, strips: Strips) -> "Edges":
@@ -42,13 +43,15 @@ def _fronts(strips: Strips) -> Edges:
     walls, columns = strips.walls, strips.columns
     side = columns.side
     on_wall = (strips.heights.count[columns.pair] == 0).all(axis=1)
-    return Edges(strips.fronts, walls.region[side], np.where(on_wall, walls.piece[side], -1), walls.arcs[side])
+    piece = np.where(on_wall, walls.piece[side], -1)
+    return Edges(strips.fronts, walls.region[side], piece, walls.arcs[side], strips.stepped)
 
 
 def _other_sides(walls: Walls) -> Edges:
     """Sides without layers of walls that have some on the other side."""
     sides = np.flatnonzero(~walls.layered & walls.pieces_with_layers[walls.piece])
-    return Edges(walls.ends[sides], walls.region[sides], walls.piece[sides], walls.arcs[sides])
+    closes_step = np.zeros(len(sides), bool)
+    return Edges(walls.ends[sides], walls.region[sides], walls.piece[sides], walls.arcs[sides], closes_step)
 
 
 def _behind_columns(strips: Strips) -> Iterator[Edges]:
@@ -70,4 +73,5 @@ def _behind_columns(strips: Strips) -> Iterator[Edges]:
         for ends, arcs, last, forth in sides:
             if whole.inner[piece] and not in_pairs[last, column]:
                 region = whole.left[piece] if forth else whole.right[piece]
-                yield Edges(ends, np.full(len(ends), region), np.full(len(ends), piece), arcs)
+                region_of, piece_of = np.full(len(ends), region), np.full(len(ends), piece)
+                yield Edges(ends, region_of, piece_of, arcs, np.zeros(len(ends), bool))

@@ -60,10 +60,11 @@ class Rest:
         matching = tuple(pair for pair in walls.domain.parts.periodic if {*pair} <= {*small.labels})
         alone = whole.corners[points]
         embedded = tuple(point for point in walls.domain.parts.points if (alone == point.at).all(axis=1).any())
-        # What matches a side of the whole gets no node that its counterpart would not have.
-        on_periodic = np.isin(np.append(np.full(count, -1), beside.piece), walls.domain.periodic)
+        # What matches a side of the whole gets no node that its counterpart would not have. The flat triangle that
+        # closes a step would be two with angles near 180 degrees.
+        held = np.append(np.zeros(count, bool), np.isin(beside.piece, walls.domain.periodic) | beside.closes_step)
         domain = Domain(
-            small, parts=InnerParts(points=embedded, periodic=matching), held=Held(np.flatnonzero(on_periodic[order]))
+            small, parts=InnerParts(points=embedded, periodic=matching), held=Held(np.flatnonzero(held[order]))
         )
         rate = np.append(np.ones(count), np.diff(beside.s, axis=1)[:, 0] / straight.lengths)
         origin, first_s = np.append(bare, beside.piece), np.append(begin[bare], beside.s[:, 0])

@@ -66,16 +66,21 @@ class Strips:
         i, j = self.columns.pair[pair[foot]].T
         k = level[foot]
         at_feet = np.column_stack([self.columns.foot[i], self.node(j, k + 1), self.node(i, k + 1)])
-        ci, cj = self.heights.count[self.columns.pair].T
-        steps = np.flatnonzero((ci != cj) & (~self.columns.fan | (np.minimum(ci, cj) > 0)))
+        steps = np.flatnonzero(self.stepped)
         i, j = self.columns.pair[steps].T
-        low = np.minimum(ci, cj)[steps]
-        higher = np.where(ci[steps] > cj[steps], i, j)
+        ci, cj = self.heights.count[[i, j]]
+        low, higher = np.minimum(ci, cj), np.where(ci > cj, i, j)
         closing = np.column_stack([self.node(i, low), self.node(j, low), self.node(higher, low + 1)])
-        pinched = np.flatnonzero(self.columns.pinch & (ci > 0))
+        pinched = np.flatnonzero(self.columns.pinch & (self.heights.count[self.columns.pair[:, 0]] > 0))
         i, j = self.columns.pair[pinched].T
         below = np.column_stack([self.columns.foot[i], self.columns.foot[j], self.node(i, np.ones_like(i))])
         return np.vstack([at_feet, closing, below]), np.concatenate([pair[foot], steps, pinched])
+
+    @property
+    def stepped(self) -> Booleans:
+        """Mask (p,) of the pairs whose columns differ in height, and are joined by a triangle at their tops."""
+        ci, cj = self.heights.count[self.columns.pair].T
+        return (ci != cj) & (~self.columns.fan | (np.minimum(ci, cj) > 0))
 
     @property
     def _levels(self) -> tuple[Integers, Integers, Booleans]:

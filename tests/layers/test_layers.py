@@ -14,6 +14,7 @@ from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.layers.figures import figures
 from bubblemesh.layers.heights import reached
 from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quality import Measures
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
@@ -69,6 +70,15 @@ def test_layers_on_a_straight_wall_are_at_their_heights_at_all_its_nodes():
     assert (row["complete"], row["compressed"]) == (1, 1)
     assert row["orthogonality"]["least"] == pytest.approx(90)
     assert row["aspect"] == pytest.approx(wall[1] / 0.01)
+
+
+def test_triangles_that_close_steps_are_not_divided():
+    tubes = [{"circle": {"center": [x, 0], "radius": 0.01}, "label": "tube"} for x in (0, 0.03)]
+    domain = {"outer": {"rectangle": [-0.06, -0.04, 0.06, 0.04]}, "holes": tubes}
+    result = run(domain, {"on": "tube", "first": 0.0003, "until": "isotropic"}, spacing={"value": 0.006, "across": 4})
+    mesh, layer = result.mesh, result.fields["layer"]
+    in_layers = Measures(mesh.points, mesh.triangles[layer > 0])
+    assert 90 < in_layers.angles.max() < 150
 
 
 def test_the_last_columns_follow_the_walls_beside_and_have_their_labels():
