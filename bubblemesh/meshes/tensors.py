@@ -95,7 +95,11 @@ def of_axes(across: Floats, along: Floats, direction: Floats) -> Floats:
 def symmetric(across: Floats, along: Floats, direction: Floats) -> Floats:
     """Symmetric tensors (n, 3) with eigenvalues (n,) across and along unit vectors (n, 2)."""
     (tx, ty), a, b = direction.T, along, across
-    return np.column_stack([a * tx * tx + b * ty * ty, (a - b) * tx * ty, a * ty * ty + b * tx * tx])
+    result = np.empty((len(a), 3))  # filled in place: metrics are evaluated thousands of times, mostly at few places
+    result[:, 0] = a * tx * tx + b * ty * ty
+    result[:, 1] = (a - b) * tx * ty
+    result[:, 2] = a * ty * ty + b * tx * tx
+    return result
 
 
 def require_positive_definite(d: Floats, where: Callable[[int], Sequence[float]]) -> None:

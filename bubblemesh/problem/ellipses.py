@@ -30,11 +30,15 @@ class Directed:
         angle, across = self.angle(x, y), self.across(x, y)
         along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
         across = np.where((across > 0) & (along > 0) & np.isfinite(angle), across, np.nan)
+        direction = np.empty((len(x), 2))
         with np.errstate(invalid="ignore"):
-            c, s = np.cos(angle), np.sin(angle)
+            np.cos(angle, out=direction[:, 0])
+            np.sin(angle, out=direction[:, 1])
         wide = across > along
-        direction = np.column_stack([np.where(wide, -s, c), np.where(wide, c, s)])
-        return Axes(np.minimum(across, along), np.maximum(across, along), direction)
+        if wide.any():
+            direction[wide] = np.column_stack([-direction[wide, 1], direction[wide, 0]])
+            across, along = np.minimum(across, along), np.maximum(across, along)
+        return Axes(across, along, direction)
 
 
 @record
