@@ -16,6 +16,7 @@ UNKNOWN = 1e-9  # of a place's own coordinates: likewise where the size is not k
 MOST_FINER = 12  # digits that a place may have more, so that it has all that a number holds
 FINEST_FIXED, LARGEST_FIXED = 1e-9, 1e15  # steps and numbers that are written without an exponent
 MOST_NAMES = 20  # that one message lists
+LONGEST_REASON = 200  # letters of what a library says of a file that it cannot read
 NAME = re.compile(r"(?<!\w)'[^']+'(?!\w)")  # in quotes
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 

@@ -19,12 +19,11 @@ from bubblemesh.meshfiles.names import named
 from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.source import Block, Source
 from bubblemesh.meshfiles.sources.table import read_source, require_mesh
-from bubblemesh.messages import cause, place
+from bubblemesh.messages import LONGEST_REASON, cause, place
 from bubblemesh.records import record
 
 # Endings of files whose readers open no further one.
 SELF_CONTAINED = ".msh", ".pos", ".vtk", ".vtu", ".frd", ".14", ".grd", ".gr3", ".2dm", ".nc"
-LONGEST_REASON = 200  # letters
 EDGES = ("line", "line3")
 NO_FACES = (*EDGES, "vertex")
 NO_LABELS = "point 0", "no point"

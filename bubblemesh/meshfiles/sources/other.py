@@ -9,7 +9,7 @@ from bubblemesh.errors import FileError
 from bubblemesh.meshfiles.contained import bounded_reading
 from bubblemesh.meshfiles.med import teach_med
 from bubblemesh.meshfiles.sources.source import Source
-from bubblemesh.messages import shown
+from bubblemesh.messages import LONGEST_REASON, shown
 
 # Plane elements of Abaqus and CalculiX that meshio does not know: stress, strain, with an axis, heat, membranes.
 PLANE_ELEMENTS = {
@@ -18,7 +18,6 @@ PLANE_ELEMENTS = {
     for count, kind in ((3, "triangle"), (4, "quad"), (6, "triangle6"), (8, "quad8"))
     for more in ("", "R", "H", "RH", "M", "T")
 }
-LONGEST_REASON = 200  # letters
 
 
 def read_inp(path: Path) -> Source:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bubblemesh.arrays import Integers
 from bubblemesh.errors import FileError
 from bubblemesh.files import opened, read_bytes
 from bubblemesh.meshfiles.sources.other import read_other
@@ -110,14 +111,28 @@ def _cells(grid: _Grid, words: list[str]) -> None:
         return
     grid.at = before
     items = grid.numbers("int", length).astype(np.int64)
-    sizes, at = np.zeros(count, np.int64), 0
-    for cell in range(count):
-        if at >= length or not 0 <= items[at] < length:
-            raise FileError("its lists of cells do not fit together: the file is damaged")
-        sizes[cell] = items[at]
-        at += 1 + int(items[at])
+    sizes = _sizes(items, count)
     heads = np.cumsum(sizes + 1) - sizes - 1
-    grid.found |= {"ends": np.cumsum(sizes), "nodes": np.delete(items[:at], heads)}
+    grid.found |= {"ends": np.cumsum(sizes), "nodes": np.delete(items[: int((sizes + 1).sum())], heads)}
+
+
+def _sizes(items: Integers, count: int) -> Integers:
+    """Numbers of nodes of so many cells (count,) in a list of cells, each of which is its size and its nodes.
+
+    FileError if the list is too short, or a size is none.
+    """
+    sizes = np.zeros(count, np.int64)
+    cell, at, ahead = 0, 0, 1
+    while cell < count:
+        if at >= len(items) or not 0 <= items[at] < len(items):
+            raise FileError("its lists of cells do not fit together: the file is damaged")
+        # Cells of one kind follow each other: those ahead are looked at together, twice as many as were alike.
+        size = int(items[at])
+        heads = items[at :: size + 1][: min(ahead, count - cell)]
+        alike = int(np.argmin(heads == size)) or len(heads)
+        sizes[cell : cell + alike] = size
+        cell, at, ahead = cell + alike, at + alike * (size + 1), 2 * alike
+    return sizes
 
 
 def _types(grid: _Grid, words: list[str]) -> None:
