@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.files import opened, read_bytes
-from bubblemesh.messages import cause, meant, shown
+from bubblemesh.messages import LONGEST_REASON, cause, meant, shown
 from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.netcdf import Variable, netcdf
 from bubblemesh.readers.tables import read_columns
@@ -88,15 +88,28 @@ class _Window(NamedTuple):
     at: Floats
 
 
+def _windows(x: Floats, y: Floats, box: Box | None, averaged: bool = False) -> tuple[_Window, _Window, int]:
+    """Windows of the columns and rows around a box, and of how many pixels in each direction one is kept.
+
+    They have only those that are kept, unless these are to be means of all. CaseError if there is none of them.
+    """
+    x0, y0, x1, y1 = (-np.inf, -np.inf, np.inf, np.inf) if box is None else box
+    for what, at in (("x", x), ("y", y)):
+        steps = np.diff(at)
+        if not ((steps > 0).all() or (steps < 0).all()):
+            raise CaseError(f"its {what} coordinates do not go one way")
+    x = _turned(x, x0, x1)
+    high, wide = int(((y >= y0) & (y <= y1)).sum()), int(((x >= x0) & (x <= x1)).sum())
+    step = max(math.ceil(math.sqrt(high * wide / MOST_PIXELS)), 1)
+    every = 1 if averaged else step
+    return _window(x, x0, x1, every, "x"), _window(y, y0, y1, every, "y"), step
+
+
 def _window(at: Floats, low: float, high: float, step: int, what: str) -> _Window:
     """Window of the coordinates (n,) that are between two, with some more on both sides.
 
     CaseError if there is none of them.
     """
-    steps = np.diff(at)
-    if not ((steps > 0).all() or (steps < 0).all()):
-        raise CaseError(f"its {what} coordinates do not go one way")
-    at = _turned(at, low, high) if what == "x" else at
     order = np.argsort(at, kind="stable")
     first, last = np.searchsorted(at[order], [low, high]).tolist()
     if first == len(at) or last == 0:
@@ -128,17 +141,6 @@ def _slice(first: int, last: int, step: int) -> slice:
     return slice(first, None if end < 0 else end, step)
 
 
-def _step(rows: Floats, columns: Floats, box: Box) -> int:
-    """Of how many pixels in each direction one is read."""
-    x0, y0, x1, y1 = box
-    high, wide = int(((rows >= y0) & (rows <= y1)).sum()), int(((columns >= x0) & (columns <= x1)).sum())
-    return max(math.ceil(math.sqrt(high * wide / MOST_PIXELS)), 1)
-
-
-def _box(box: Box | None) -> Box:
-    return (-np.inf, -np.inf, np.inf, np.inf) if box is None else box
-
-
 def _read_netcdf(path: Path, name: str | None, box: Box | None) -> Grid:
     with netcdf(path) as variables:
         known = [key for key, each in variables.items() if len(each.shape) >= 2 and each.kind in "iuf"]
@@ -147,10 +149,7 @@ def _read_netcdf(path: Path, name: str | None, box: Box | None) -> Grid:
         places = [_coordinates(variables, chosen, each) for each in variable.dimensions[-2:]]
         turned = variable.dimensions[-2].lower().startswith(ACROSS)
         (x, y) = places if turned else places[::-1]
-        bounds = _box(box)
-        step = _step(y, x, bounds)
-        columns = _window(x, bounds[0], bounds[2], step, "x")
-        rows = _window(y, bounds[1], bounds[3], step, "y")
+        columns, rows, step = _windows(x, y, box)
         before = [slice(-1, None)] * (len(variable.shape) - 2)  # the last time, and the first levels
 
         def part(row: slice, column: slice) -> Floats:
@@ -211,7 +210,7 @@ def _geotiff(path: Path) -> Iterator[Any]:
     except (BubblemeshError, MemoryError):
         raise
     except Exception as error:  # damaged files fail in any way
-        raise FileError(f"is no GeoTIFF that can be read: {cause(error, 200)}") from error
+        raise FileError(f"is no GeoTIFF that can be read: {cause(error, LONGEST_REASON)}") from error
 
 
 def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
@@ -224,10 +223,8 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
             raise CaseError("has no place, or is turned: give it one, as by gdalwarp")
         x = across.c + across.a * (np.arange(data.width) + 0.5)
         y = across.f + across.e * (np.arange(data.height) + 0.5)
-        bounds = _box(box)
-        step = _step(y, x, bounds)
         band, called = _band(data, name, path.stem)
-        columns, rows = _window(x, bounds[0], bounds[2], 1, "x"), _window(y, bounds[1], bounds[3], 1, "y")
+        columns, rows, step = _windows(x, y, box, averaged=True)
         if len(columns.runs) > 1:
             raise CaseError("the domain crosses its eastern edge: turn it there, as by gdalwarp -te")
         (left, width), (low, height) = (
@@ -354,10 +351,7 @@ def _read_xyz(path: Path, name: str | None, box: Box | None) -> Grid:
 
 def _cut(grid: Grid, box: Box | None) -> Grid:
     """The part of a grid around a box."""
-    bounds = _box(box)
-    step = _step(grid.y, grid.x, bounds)
-    columns = _window(grid.x, bounds[0], bounds[2], step, "x")
-    rows = _window(grid.y, bounds[1], bounds[3], step, "y")
+    columns, rows, step = _windows(grid.x, grid.y, box)
     chosen: NDArray[Any] = np.vstack(
         [np.hstack([grid.values[row, column] for column in columns.runs]) for row in rows.runs]
     )

@@ -117,6 +117,16 @@ def test_longitudes_from_0_to_360_are_turned(low, high, tmp_path):
     assert (np.diff(grid.x) > 0).all()
 
 
+def test_longitudes_from_0_to_360_are_thinned_as_others(tmp_path, monkeypatch):
+    monkeypatch.setattr(grids, "MOST_PIXELS", 500)
+    x = np.arange(0, 360, 0.1)
+    classic(tmp_path / "a.nc", x, Y, heights((x[None] + 180) % 360 - 180, Y[:, None]))
+    grid = read_grid(tmp_path / "a.nc", None, (-6, 50, -1, 56))
+    assert grid.step == 3
+    assert grid.values.size < 900
+    right(grid)
+
+
 def test_rows_from_north_to_south_are_read(tmp_path):
     classic(tmp_path / "a.nc", X, Y[::-1], Z[::-1])
     right(read_grid(tmp_path / "a.nc", None, BOX))
