@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from math import inf
 
 from bubblemesh.readers.features import PhysicalLength
-from bubblemesh.readers.svg_source import NUMBER, Element
+from bubblemesh.readers.svg_source import NUMBER, Element, view_box
 
 INCH = 0.0254  # metres
 PIXEL = INCH / 96  # as CSS has it
 PAPER = {"mm": 1e-3, "cm": 1e-2, "in": INCH, "pt": INCH / 72, "pc": INCH / 6}  # units in metres
 ROUNDING = 1e-9  # of a ratio
 UNITS = {**PAPER, "px": PIXEL, "": PIXEL}
-LENGTH = re.compile(rf"\s*({NUMBER})\s*(mm|cm|in|pt|pc|px|)\s*")
+PAPER_LENGTH = re.compile(rf"\s*({NUMBER})\s*(mm|cm|in|pt|pc|px|)\s*")
 
 
 def physical_length(root: Element) -> PhysicalLength:
@@ -40,16 +40,14 @@ def _fills_its_box(root: Element) -> bool:
 
 def _scales(root: Element, units: Mapping[str, float]) -> list[float]:
     """Metres of a drawing's own unit along x and y, as far as its width and height are given in one of the units."""
-    box = re.findall(NUMBER, root.attributes.get("viewBox", ""))
-    sizes = (
-        _metres(root, key, units) / float(whole)
-        for key, whole in zip(("width", "height"), box[2:], strict=False)
-        if whole
-    )
+    box = view_box(root)
+    if box is None:
+        return []
+    sizes = (_metres(root, key, units) / whole for key, whole in zip(("width", "height"), box[2:], strict=True))
     return [scale for scale in sizes if 0 < scale < inf]
 
 
 def _metres(root: Element, key: str, units: Mapping[str, float]) -> float:
     """Width or height of a drawing; 0 if it is not given in one of the units."""
-    found = LENGTH.fullmatch(root.attributes.get(key, ""))
+    found = PAPER_LENGTH.fullmatch(root.attributes.get(key, ""))
     return float(found[1]) * units.get(found[2], 0.0) if found else 0.0

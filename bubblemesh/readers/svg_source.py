@@ -66,6 +66,12 @@ class Element:
         return 1 + len(classes) + sum(map(len, self.attributes.values())) // CHARACTERS
 
 
+def view_box(element: Element) -> tuple[float, float, float, float] | None:
+    """x, y, width and height of the box that an element's viewBox tells, whatever parts its numbers; None without."""
+    numbers = [float(number) for number in re.findall(NUMBER, element.attributes.get("viewBox", ""))]
+    return (numbers[0], numbers[1], numbers[2], numbers[3]) if len(numbers) == 4 else None
+
+
 def checked(content: bytes) -> Element:
     """The root of a drawing all of which can be read; CaseError with the element and line, LimitError for too much.
 
@@ -166,8 +172,8 @@ def _check_numbers(element: Element) -> None:
         if not NUMBERS.fullmatch(points) or len(re.findall(NUMBER, points)) % 2:
             raise CaseError(f"{element.name}: its points are no pairs of numbers: {_fault(NUMBERS, points)}")
     if element.tag == "svg" and "viewBox" in given:
-        box = re.findall(NUMBER, given["viewBox"])
-        if not NUMBERS.fullmatch(given["viewBox"]) or len(box) != 4 or min(float(box[2]), float(box[3])) <= 0:
+        box = view_box(element)
+        if not NUMBERS.fullmatch(given["viewBox"]) or box is None or min(box[2:]) <= 0:
             raise CaseError(f"{element.name}: its viewBox is not valid: {shown(repr(given['viewBox']))}")
 
 

@@ -15,7 +15,7 @@ from bubblemesh.messages import shown
 from bubblemesh.readers.features import Clip
 from bubblemesh.readers.svg_clips import Stencil, clip_of
 from bubblemesh.readers.svg_curves import PIXELS, SHAPES, Size, curves_of, path_of
-from bubblemesh.readers.svg_source import HREFS, MOST_ELEMENTS, UNDRAWN, Element, too_much_clipping
+from bubblemesh.readers.svg_source import HREFS, MOST_ELEMENTS, UNDRAWN, Element, too_much_clipping, view_box
 from bubblemesh.readers.svg_style import Style, StyleSheet, is_out_of_sight
 from bubblemesh.readers.svg_transform import transform_of
 from bubblemesh.records import record
@@ -81,9 +81,9 @@ class Drawing:
 
 def _size(root: Element) -> tuple[float, float]:
     """Width and height of a drawing in its own units."""
-    box = re.findall(r"[-+.\deE]+", root.attributes.get("viewBox", ""))
-    if len(box) == 4:
-        return float(box[2]), float(box[3])
+    box = view_box(root)
+    if box is not None:
+        return box[2:]
     return _length(root, "width", 100.0, "100"), _length(root, "height", 100.0, "100")
 
 
@@ -228,10 +228,10 @@ def _in_viewport(drawing: Drawing, element: Element, sized: Element, style: Styl
         curves = curves_of(Element("rect", box, element.line), here.transform, drawing.size, element.name, None)
         here = replace(here, clips=(*here.clips, clip_of([Stencil(curves, "nonzero", ())])))
     move = f"translate({x},{y})" if x or y else ""
-    view = re.findall(r"[-+.\deE]+", element.attributes.get("viewBox", ""))
-    if len(view) == 4:
+    view = view_box(element)
+    if view is not None:
         aspect = element.attributes.get("preserveAspectRatio", "xMidYMid meet")
-        move = svgelements.Viewbox.viewbox_transform(x, y, width, height, *map(float, view), aspect)
+        move = svgelements.Viewbox.viewbox_transform(x, y, width, height, *view, aspect)
     return replace(here, transform=f"{here.transform} {move}".strip())
 
 

@@ -136,6 +136,7 @@ class TestSizes:
             ('width="80mm" height="80mm" viewBox="0 0 40 40"', 2),
             ('width="8cm" viewBox="-5 -5 40 40"', 2),
             ('height="2in" viewBox="0 0 40 50.8"', 1),
+            ('height="2in" viewBox="0-0+40,50.8"', 1),
             ('width="72pt" height="100" viewBox="0 0 127 127"', 0.2),
             ('width="80mm" height="40mm" viewBox="0 0 40 40"', 1),
             ('width="80mm" height="40mm" viewBox="0 0 40 40" preserveAspectRatio="xMidYMid slice"', 2),
@@ -188,10 +189,12 @@ class TestStructure:
         corners = [sorted(ring.vertices)[0] + sorted(ring.vertices)[-1] for ring in rings]
         np.testing.assert_allclose(corners, [(4.5, -10.5, 8.5, -6.5), (11, -9, 19, -1)])
 
-    def test_nested_drawings_have_their_own_box(self, written):
+    @pytest.mark.parametrize("box", ["0 0 100 100", "0 0 100+100"])
+    def test_nested_drawings_have_their_own_box(self, written, box):
         path = drawing(
             written,
-            '<svg x="10" y="10" width="10" height="10" viewBox="0 0 100 100"><rect width="50" height="50"/></svg>',
+            f'<svg x="10" y="10" width="10" height="10" viewBox="{box}"><rect width="50%" height="50%"/></svg>',
+            f'viewBox="{box}"',
         )
         assert domain(path).bounds == pytest.approx((10, -15, 15, -10))
 
