@@ -274,7 +274,12 @@ def text_of(properties: Mapping[str, Any], *keys: str) -> str | None:
     return next(filter(None, (_as_text(values.get(key)) for key in keys)), None)
 
 
+def text_of_number(value: float) -> str:
+    """A number as a name: whole ones without a point, and all digits, so that no two numbers have one name."""
+    return repr(float(value)).removesuffix(".0")
+
+
 def _as_text(value: Any) -> str:
     if isinstance(value, float):
-        return f"{value:g}" if math.isfinite(value) else ""
+        return text_of_number(value) if math.isfinite(value) else ""
     return str(value).strip() if isinstance(value, str | int) and not isinstance(value, bool) else ""

@@ -16,7 +16,7 @@ from bubblemesh.geometry.paths import Area, Line, Ring
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import counted, unknown
 from bubblemesh.readers.areas import areas_of
-from bubblemesh.readers.features import REGION, Feature
+from bubblemesh.readers.features import REGION, Feature, text_of_number
 from bubblemesh.readers.outlines import bounding, joining_of
 from bubblemesh.readers.selection import Selection
 
@@ -83,7 +83,7 @@ def _value(feature: Feature, key: str) -> str:
     value: Any = feature.properties.get(key, feature.layer if key == LAYER else None)
     if value is None or isinstance(value, list | dict):
         return ""
-    return f"{value:g}" if isinstance(value, float) else str(value).strip()
+    return text_of_number(value) if isinstance(value, float) else str(value).strip()
 
 
 def _matched(areas: list[Area], notes: list[str], join: float | None) -> tuple[list[Area], list[str]]:

@@ -23,6 +23,7 @@ from bubblemesh.readers.features import (
     feature_of,
     finite_points,
     parts_of,
+    text_of_number,
 )
 from bubblemesh.readers.segments import split
 
@@ -49,12 +50,14 @@ def _next(rows: Iterator[Row], columns: int, what: str) -> Row:
     return number, row
 
 
-def _head(rows: Iterator[Row], what: str) -> tuple[int, list[float]]:
+def _head(rows: Iterator[Row], what: str) -> tuple[int, list[int]]:
     """Number of rows that follow in a section, and the further numbers of the line that says so."""
-    line, (count, *more) = _next(rows, 1, what)
-    if not (count >= 0 and count.is_integer()):
-        raise CaseError(f"line {line}: {count:g} is no number of rows: expected {what}")
-    return int(count), more
+    line, numbers = _next(rows, 1, what)
+    for number in numbers:
+        if not (number >= 0 and number.is_integer()):
+            raise CaseError(f"line {line}: {text_of_number(number)} is no count: expected {what}")
+    count, *more = map(int, numbers)
+    return count, more
 
 
 def _section(rows: Iterator[Row], count: int, what: str) -> Iterator[Row]:
@@ -95,7 +98,7 @@ def read_nodes(path: Path) -> FeatureCollection:
     """The points of a ``.node`` file, with their numbers, attributes and markers as properties."""
     rows = _rows(path)
     count, more = _head(rows, "the number of vertices")
-    attributes = int(more[1]) if len(more) > 1 else 0
+    attributes = more[1] if len(more) > 1 else 0
     if more and more[0] != 2:
         raise _not_plane(more[0])
     features = []
@@ -116,8 +119,10 @@ def _segments(rows: Iterator[Row], vertices: dict[float, Point]) -> Iterator[Com
         name = f"segment in line {line}"
         if begin not in vertices or end not in vertices:
             missing = begin if begin not in vertices else end
-            raise CaseError(f"{name}: there is no vertex {missing:g}: vertices are named by their numbers")
-        label = f"{marker[0]:g}" if marked and marked[0] and marker and marker[0] else None
+            raise CaseError(
+                f"{name}: there is no vertex {text_of_number(missing)}: vertices are named by their numbers"
+            )
+        label = text_of_number(marker[0]) if marked and marked[0] and marker and marker[0] else None
         if vertices[begin] != vertices[end]:
             yield CompoundCurve(vertices[begin], (LineTo(vertices[end], label),), name)
 
@@ -138,7 +143,7 @@ def _optional_section(rows: Iterator[Row], what: str) -> Iterator[Row]:
 
 def _region(number: int, row: list[float], parts: Sequence[shapely.Polygon]) -> Feature:
     """The part of the domain in which the point of a region is; an empty feature where there is none."""
-    name, (x, y) = f"region {row[0]:g}", row[1:3]
+    name, (x, y) = f"region {text_of_number(row[0])}", row[1:3]
     properties = {"kind": "region", "number": number} | dict(zip(("attribute", "area"), row[3:], strict=False))
     around = next((part for part in parts if shapely.contains_xy(part, x, y)), None)
     feature = feature_of(NO_PARTS if around is None else parts_of(around), name, None, properties)
@@ -153,17 +158,19 @@ def _vertices_beside(path: Path) -> dict[float, Point]:
         return _vertices(rows, *_head(rows, "the number of vertices"))
 
 
-def _vertices(rows: Iterator[Row], count: int, dimension: list[float]) -> dict[float, Point]:
+def _vertices(rows: Iterator[Row], count: int, dimension: list[int]) -> dict[float, Point]:
     """Vertices by their numbers."""
     if dimension and dimension[0] != 2:
         raise _not_plane(dimension[0])
     found: dict[float, Point] = {}
     for line, (number, x, y, *_) in _section(rows, count, "a vertex: its number, x and y"):
         if number in found:
-            raise CaseError(f"line {line}: the vertex {number:g} is given twice: number them one after the other")
+            raise CaseError(
+                f"line {line}: the vertex {text_of_number(number)} is given twice: number them one after the other"
+            )
         (found[number],) = finite_points([(x, y)], f"vertex in line {line}")
     return found
 
 
-def _not_plane(dimension: float) -> CaseError:
-    return CaseError(f"the vertices have {dimension:g} dimensions: only those of the plane are read")
+def _not_plane(dimension: int) -> CaseError:
+    return CaseError(f"the vertices have {dimension} dimensions: only those of the plane are read")

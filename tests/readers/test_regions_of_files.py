@@ -247,6 +247,14 @@ def test_attributes_of_triangle_name_the_parts_that_hold_their_points(written):
     assert domain.notes == ("parts.poly: largest areas of triangles are those of the file in 2 regions (0.05 to 0.1)",)
 
 
+def test_large_numbers_are_names_with_all_their_digits(written):
+    written(
+        "parts.poly", PARTS_OF_POLY.replace("0.5 0.5 10", "0.5 0.5 1000001").replace("4.5 0.5 20", "4.5 0.5 1000002")
+    )
+    text = "domain: {regions: {file: parts.poly, name: attribute}}\nspacing: 0.3\n"
+    assert sizes(case_domain(load_case(written("case.yaml", text)))) == {"1000001": 15.5, "1000002": 12, "30": 4}
+
+
 def test_markers_stay_where_the_file_is_the_domain_as_well(written):
     written("parts.poly", PARTS_OF_POLY)
     text = "domain: {file: parts.poly, regions: {file: parts.poly, name: attribute}}\nspacing: 0.3\n"

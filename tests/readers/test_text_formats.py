@@ -8,6 +8,7 @@ from geometry_files import HOLE, PLATE, SQUARE, SVG, WKT, area, collection, doma
 
 from bubblemesh.errors import CaseError, FileError, GeometryError
 from bubblemesh.readers.selection import Selection
+from bubblemesh.readers.triangle import read_nodes
 
 FAR = {"type": "Polygon", "coordinates": [[[10, 10], [12, 10], [12, 12], [10, 10]]]}
 
@@ -119,6 +120,23 @@ def test_duplicate_points_of_a_file_are_dropped_with_a_note(written):
 
 def test_markers_of_triangle_become_labels(written):
     assert domain(written("plate.poly", POLY)).boundary.labels == ("5", "6", "outer", "9")
+
+
+def test_large_markers_are_labels_with_all_their_digits(written):
+    text = POLY.replace(" 6\n", " 1000001\n").replace(" 9\n", " 1000002\n")
+    assert domain(written("plate.poly", text)).boundary.labels == ("5", "1000001", "outer", "1000002")
+
+
+@pytest.mark.parametrize("number", [10.1234567, 1000001.0])
+def test_numbers_of_properties_are_labels_with_all_their_digits(written, number):
+    feature = {"type": "Feature", "properties": {"name": number}, "geometry": FAR}
+    assert domain(written("a.geojson", json.dumps(feature))).boundary.labels == (repr(number).removesuffix(".0"),)
+
+
+@pytest.mark.parametrize(("head", "wrong"), [("3 2 nan 0", "nan"), ("3 inf 0 0", "inf")])
+def test_a_head_of_nodes_that_is_no_count_is_told(written, head, wrong):
+    with pytest.raises(CaseError, match=f"line 1: {wrong} is no count: expected the number of vertices"):
+        read_nodes(written("a.node", f"{head}\n1 0 0\n2 1 0\n3 0 1\n"))
 
 
 def test_vertices_of_triangle_may_be_in_a_file_of_their_own(written):
@@ -260,14 +278,14 @@ FAULTS = {
         "a.poly",
         "nan 2 0 0\n1 0 0\n",
         CaseError,
-        "line 1: nan is no number of rows: expected the number of v",
+        "line 1: nan is no count: expected the number of v",
     ),
-    "half poly": ("a.poly", "2.5 2 0 0\n1 0 0\n", CaseError, "line 1: 2.5 is no number of rows"),
+    "half poly": ("a.poly", "2.5 2 0 0\n1 0 0\n", CaseError, "line 1: 2.5 is no count"),
     "negative poly": (
         "a.poly",
         POLY.replace("1\n1 1.5 1.5", "-5"),
         CaseError,
-        "line 20: -5 is no number of rows: expected the number of holes",
+        "line 20: -5 is no count: expected the number of holes",
     ),
     "unknown vertex": ("a.poly", POLY.replace("5 5 6 9", "5 5 66 9"), CaseError, "line 16: there is no vertex 66"),
     "word in poly": ("a.poly", "x", CaseError, "line 1: not a row of numbers"),
