@@ -148,6 +148,14 @@ def test_no_modules_import_each_other():
     list(TopologicalSorter(below).static_order())
 
 
+def test_the_rooms_of_readers_do_not_import_each_other():
+    inner = {path.parent.name: path.parent for path in PACKAGE.glob("readers/*/__init__.py")}
+    assert inner.keys() >= {"svg", "grids", "rings"}
+    for name, folder in inner.items():
+        used = {other.split(".")[2] for path in folder.glob("*.py") for other in imported(path) if ".readers." in other}
+        assert not used & inner.keys() - {name}
+
+
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_only_the_console_and_the_command_line_write_to_the_terminal(path):
     calls = {

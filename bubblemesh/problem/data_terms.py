@@ -17,8 +17,8 @@ from bubblemesh.geometry.geography import same_system
 from bubblemesh.meshfiles.fields import read_field
 from bubblemesh.messages import extent
 from bubblemesh.problem.crs import given_bounds
-from bubblemesh.readers.grids import Box, completed, is_grid, read_grid, system_of
-from bubblemesh.readers.rasters import read_grey, read_gridded
+from bubblemesh.readers.grids.grids import Box, completed, is_grid, read_grid, system_of
+from bubblemesh.readers.grids.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField, scattered
 from bubblemesh.spacing.terms.raster import Raster

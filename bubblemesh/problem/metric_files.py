@@ -16,8 +16,8 @@ from bubblemesh.messages import place
 from bubblemesh.problem.crs import given_bounds, given_system, require_given
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.ellipses import Entries
-from bubblemesh.readers.grids import Box
-from bubblemesh.readers.netcdf import netcdf
+from bubblemesh.readers.grids.grids import Box
+from bubblemesh.readers.grids.netcdf import netcdf
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.metric import Ellipses

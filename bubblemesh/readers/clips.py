@@ -22,10 +22,10 @@ from bubblemesh.geometry.nesting import nested, shapes_of
 from bubblemesh.geometry.paths import Area, Line, OpenPath, Point, Ring, as_point
 from bubblemesh.geometry.rings import BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import counted
-from bubblemesh.readers.duplicates import without_copies, without_same_circles
 from bubblemesh.readers.features import Clip, CompoundCurve, Feature, vertices_of
-from bubblemesh.readers.open_curves import on_rings
-from bubblemesh.readers.rings import Joining, meeting, rings_of_curves
+from bubblemesh.readers.rings.duplicates import without_copies, without_same_circles
+from bubblemesh.readers.rings.joining import Joining, meeting, rings_of_curves
+from bubblemesh.readers.rings.open_curves import on_rings
 
 ROUNDING = 1e-9  # of the size of what is clipped: what lies so far beyond a clip is within it
 THIN = 1e-6  # of that size: parts that are thinner are rounding, where areas are cut along chords

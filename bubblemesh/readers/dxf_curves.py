@@ -11,7 +11,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.readers.features import CompoundCurve, finite_points
-from bubblemesh.readers.rings import reversed_curve
+from bubblemesh.readers.rings.joining import reversed_curve
 from bubblemesh.readers.sampling import splines
 
 FLAT = 3e-8  # bulge that is none but for rounding

@@ -60,7 +60,7 @@ FORMATS = {
     ".poly": Format("triangle.read_poly", beside=(".node",), has_inner_lines=True),
     ".node": Format("triangle.read_nodes"),
     ".dxf": Format("dxf.read_dxf", "dxf"),
-    ".svg": Format("svg.read_svg", "svg"),
+    ".svg": Format("svg.svg.read_svg", "svg"),
     ".shp": Format(
         "gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True, selects=True, of_maps=True
     ),
@@ -214,7 +214,7 @@ def content_of(
     path = local_copy(path)
     require_readable(path)
     read_as = {"lines": known.lines, "points": known.points}.get(purpose) or known.read
-    module, function = read_as.split(".")
+    module, _, function = read_as.rpartition(".")
     try:
         read: Any = getattr(import_module(f"bubblemesh.readers.{module}"), function)
     except ModuleNotFoundError as error:

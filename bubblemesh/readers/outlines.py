@@ -12,13 +12,13 @@ from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.nesting import shapes_of
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import counted
-from bubblemesh.readers.advice import Outcome, ways_out
 from bubblemesh.readers.areas import areas_of
 from bubblemesh.readers.clips import clipped
-from bubblemesh.readers.duplicates import without_same_circles
 from bubblemesh.readers.features import FILL, HIDDEN, REGION, SPARE, Feature
-from bubblemesh.readers.linework import rings_of_linework
-from bubblemesh.readers.rings import Joining, rings_of_curves
+from bubblemesh.readers.rings.advice import Outcome, ways_out
+from bubblemesh.readers.rings.duplicates import without_same_circles
+from bubblemesh.readers.rings.joining import Joining, rings_of_curves
+from bubblemesh.readers.rings.linework import rings_of_linework
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.slips import Slips
 

@@ -12,7 +12,6 @@ from bubblemesh.files import read_text
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import shown
-from bubblemesh.readers.duplicates import without_copies
 from bubblemesh.readers.features import (
     INNER,
     NO_PARTS,
@@ -25,6 +24,7 @@ from bubblemesh.readers.features import (
     parts_of,
     text_of_number,
 )
+from bubblemesh.readers.rings.duplicates import without_copies
 from bubblemesh.readers.segments import split
 
 Row = tuple[int, list[float]]  # line and numbers

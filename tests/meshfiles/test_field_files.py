@@ -11,8 +11,8 @@ from PIL import Image
 
 from bubblemesh.errors import CaseError, FileError, LimitError
 from bubblemesh.meshfiles.fields import PARTS, read_field
-from bubblemesh.readers import rasters
-from bubblemesh.readers.rasters import read_grey, read_gridded
+from bubblemesh.readers.grids import rasters
+from bubblemesh.readers.grids.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField
 

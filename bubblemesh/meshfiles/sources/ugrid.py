@@ -8,7 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Integers, each_once
 from bubblemesh.errors import FileError
 from bubblemesh.meshfiles.sources.source import Block, Data, Source
-from bubblemesh.readers.netcdf import Variable, netcdf
+from bubblemesh.readers.grids.netcdf import Variable, netcdf
 
 FACES = {3: "triangle", 4: "quad"}
 GROUP = "material"

@@ -15,9 +15,9 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import counted, place
-from bubblemesh.readers.duplicates import without_copies
 from bubblemesh.readers.features import CompoundCurve
-from bubblemesh.readers.open_curves import on_rings
+from bubblemesh.readers.rings.duplicates import without_copies
+from bubblemesh.readers.rings.open_curves import on_rings
 from bubblemesh.readers.slips import Slips, clean_loop
 
 JOIN = 1e-9  # of the drawing's size: ends that differ by rounding meet

@@ -13,7 +13,7 @@ from bubblemesh.geometry.paths import Point, as_point
 from bubblemesh.geometry.rings import ArcTo, BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.readers.features import CompoundCurve, finite_points
 from bubblemesh.readers.sampling import Parametric, splines
-from bubblemesh.readers.svg_source import Element
+from bubblemesh.readers.svg.source import Element
 
 ROUND = 1e-9  # relative difference of an arc's radii that is rounding
 PIXELS = 96  # in an inch

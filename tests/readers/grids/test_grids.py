@@ -6,8 +6,8 @@ import pytest
 from scipy.io import netcdf_file
 
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
-from bubblemesh.readers import grids
-from bubblemesh.readers.grids import completed, read_grid, system_of
+from bubblemesh.readers.grids import grids
+from bubblemesh.readers.grids.grids import completed, read_grid, system_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of rasterio's own
 X, Y = np.linspace(-7, 2, 91), np.linspace(49, 57, 81)

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from bubblemesh.readers.svg_source import COMMENT, Element
+from bubblemesh.readers.svg.source import COMMENT, Element
 from bubblemesh.records import record
 
 INHERITED = ("fill", "fill-rule", "clip-rule", "stroke", "visibility")

@@ -17,7 +17,7 @@ from bubblemesh.geometry.repair import THIN
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
-from bubblemesh.readers.rings import Joined, Joining, rings_of_curves
+from bubblemesh.readers.rings.joining import Joined, Joining, rings_of_curves
 from bubblemesh.readers.slips import Slips
 
 MOST_LOOSE = 0.1  # of the length of all lines: loose ones that may be left out

@@ -9,7 +9,7 @@ import numpy as np
 
 from bubblemesh.messages import counted, just_above, shown
 from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, vertices_of
-from bubblemesh.readers.rings import Joining, extent, meeting, to_next
+from bubblemesh.readers.rings.joining import Joining, extent, meeting, to_next
 
 SMALL = 0.05  # of the drawing's size: wider gaps are no slips
 MOST_LAYERS = 10  # that one message lists

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from math import inf
 
 from bubblemesh.readers.features import PhysicalLength
-from bubblemesh.readers.svg_source import NUMBER, Element, view_box
+from bubblemesh.readers.svg.source import NUMBER, Element, view_box
 
 INCH = 0.0254  # metres
 PIXEL = INCH / 96  # as CSS has it

@@ -7,9 +7,9 @@ import svgelements
 
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import shown
-from bubblemesh.readers.svg_curves import PIXELS, Size
-from bubblemesh.readers.svg_source import LENGTH, NUMBER, Element
-from bubblemesh.readers.svg_style import Style
+from bubblemesh.readers.svg.curves import PIXELS, Size
+from bubblemesh.readers.svg.source import LENGTH, NUMBER, Element
+from bubblemesh.readers.svg.style import Style
 
 MOVES = ("translate", "rotate", "scale")  # properties of CSS that come before its transform, in this order
 SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": "100%"}

@@ -8,7 +8,7 @@ import pytest
 from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError
 from bubblemesh.problem.domain import case_domain
-from bubblemesh.readers.open_curves import on_rings
+from bubblemesh.readers.rings.open_curves import on_rings
 
 SQUARE = ["0 0, 4 0", "4 0, 4 4", "4 4, 0 4", "0 4, 0 0"]
 BORE = ["1 1, 2 1, 2 2, 1 1"]

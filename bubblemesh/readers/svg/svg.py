@@ -12,11 +12,11 @@ from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import counted, place, shown
 from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, FeatureCollection, foreign, writable_label
-from bubblemesh.readers.svg_curves import curves_of
-from bubblemesh.readers.svg_fill import FLAT, area_of, filled
-from bubblemesh.readers.svg_size import physical_length, stretch
-from bubblemesh.readers.svg_source import checked
-from bubblemesh.readers.svg_tree import Around, Drawing, Drawn, shapes
+from bubblemesh.readers.svg.curves import curves_of
+from bubblemesh.readers.svg.fill import FLAT, area_of, filled
+from bubblemesh.readers.svg.size import physical_length, stretch
+from bubblemesh.readers.svg.source import checked
+from bubblemesh.readers.svg.tree import Around, Drawing, Drawn, shapes
 
 NO_PAINT = ("none", "transparent")
 

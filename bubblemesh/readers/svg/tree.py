@@ -13,11 +13,11 @@ from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.arrangement.winding import FillRule
 from bubblemesh.messages import shown
 from bubblemesh.readers.features import Clip
-from bubblemesh.readers.svg_clips import Stencil, clip_of
-from bubblemesh.readers.svg_curves import PIXELS, SHAPES, Size, curves_of, path_of
-from bubblemesh.readers.svg_source import HREFS, MOST_ELEMENTS, UNDRAWN, Element, too_much_clipping, view_box
-from bubblemesh.readers.svg_style import Style, StyleSheet, is_out_of_sight
-from bubblemesh.readers.svg_transform import transform_of
+from bubblemesh.readers.svg.clips import Stencil, clip_of
+from bubblemesh.readers.svg.curves import PIXELS, SHAPES, Size, curves_of, path_of
+from bubblemesh.readers.svg.source import HREFS, MOST_ELEMENTS, UNDRAWN, Element, too_much_clipping, view_box
+from bubblemesh.readers.svg.style import Style, StyleSheet, is_out_of_sight
+from bubblemesh.readers.svg.transform import transform_of
 from bubblemesh.records import record
 
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"

@@ -17,7 +17,7 @@ from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.files import opened, read_bytes
 from bubblemesh.messages import LONGEST_REASON, cause, meant, shown
 from bubblemesh.process.shared import warnings_are
-from bubblemesh.readers.netcdf import Variable, netcdf
+from bubblemesh.readers.grids.netcdf import Variable, netcdf
 from bubblemesh.readers.tables import read_columns
 
 MOST_PIXELS = 4_000_000  # that are kept of a grid

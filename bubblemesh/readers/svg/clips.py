@@ -10,7 +10,7 @@ from bubblemesh.geometry.nesting import nested
 from bubblemesh.geometry.paths import Area
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.readers.features import Clip, CompoundCurve
-from bubblemesh.readers.svg_fill import FLAT, area_of, filled
+from bubblemesh.readers.svg.fill import FLAT, area_of, filled
 
 
 class Stencil(NamedTuple):

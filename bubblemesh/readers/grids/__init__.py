@@ -1,0 +1,1 @@
+"""Grids of numbers: those with places, arrays and pictures."""

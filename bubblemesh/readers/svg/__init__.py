@@ -1,0 +1,1 @@
+"""SVG drawings: their shapes with transforms, styles, fills, clips and size on paper."""
