@@ -179,6 +179,18 @@ class TestSvg:
             "by clips: 1 shape cut, 1 shape left out",
         ]
 
+    def test_a_clip_that_cannot_be_applied_is_told_once(self, svg):
+        nearly = '<rect width="5" height="5"/><rect x="1" y="1e-6" width="5" height="5"/>'
+        defs = f'<clipPath id="c">{nearly}</clipPath>'
+        path = svg(
+            '<rect width="9" height="9" clip-path="url(#c)"/><rect x="20" width="9" height="9" clip-path="url(#c)"'
+            ' transform="translate(5)"/>',
+            defs,
+        )
+        assert area(path, part="all") == pytest.approx(162)
+        (note,) = notes_of(path, part="all")
+        assert note.startswith("2 elements not clipped: clipPath 'c' in line 1: ")
+
     def test_an_empty_clip_leaves_nothing(self, svg):
         path = svg('<rect width="9" height="9" clip-path="url(#c)"/>', '<clipPath id="c"/>')
         with pytest.raises(CaseError, match="there is no ring in it"):

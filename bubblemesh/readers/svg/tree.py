@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -22,7 +22,6 @@ from bubblemesh.records import record
 
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 DRAWN_ELSE = ("text", "image", "foreignObject")  # what draws something without curves that could be read
-GROUPS = ("g", "a", "svg", "symbol")
 REFERENCE = re.compile(r"url\(\s*[\"']?#([^\"')]+?)[\"']?\s*\)")
 
 # Names that drawing programs give by themselves: path12-3, Layer 1, XMLID_7_, st0, cls-2.
@@ -67,7 +66,8 @@ class Drawing:
     unclipped: Counter[str] = field(default_factory=Counter)  # elements whose clips cannot be applied, by why
     masked: int = 0
     visits: Counter[str] = field(default_factory=Counter)  # of elements, by their sizes
-    clips: dict[tuple[str, str], Clip | None] = field(default_factory=dict)  # by clipPath and transform
+    clips: dict[tuple[str, str], Clip | None] = field(default_factory=dict)  # by clipPath and transform; None if failed
+    failed: dict[str, str] = field(default_factory=dict)  # why clipPaths cannot be applied, by their names
 
     @classmethod
     def of(cls, root: Element) -> "Drawing":
@@ -96,6 +96,14 @@ def _length(element: Element, key: str, whole: float, default: str) -> float:
 def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn]:
     """Shapes that an element draws, those of inner groups and uses included."""
     _count(drawing, element)
+    here = _context(drawing, element, around)
+    draw = DRAW.get(element.tag)
+    if draw is not None:
+        yield from draw(drawing, element, here)
+
+
+def _context(drawing: Drawing, element: Element, around: Around) -> Around:
+    """Context of what is in an element, its own style, transform and clip included."""
     style = drawing.sheet.style(element, around.elements, around.style)
     here = replace(
         around,
@@ -106,34 +114,57 @@ def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn
         masked=around.masked or style.get("mask", "none") != "none",
     )
     clip = _clip(drawing, element, around, here)
-    if clip is not None and here.clips is not None:
-        here = replace(here, clips=(*here.clips, clip))
-    tag = element.tag
-    if tag in SHAPES:
-        yield Drawn(element, replace(here, label=here.label or _given(element) or here.layer))
-    elif tag in DRAWN_ELSE:
-        drawing.unused[f"{tag} of a clip-path" if here.inside else tag] += not here.hidden
-    elif tag == "use":
-        target = drawing.by_id.get(_target(element))
-        shift = (
-            f"translate({_length(element, 'x', drawing.size[0], '0')},{_length(element, 'y', drawing.size[1], '0')})"
-        )
-        here = replace(here, transform=f"{here.transform} {shift}".strip(), label=_given(element) or here.label)
-        if target is None:
-            drawing.unused["use of nothing that is there"] += 1
-        elif target.tag in ("symbol", "svg"):
-            own = drawing.sheet.style(target, here.elements, style)
-            yield from _within(drawing, target, _in_viewport(drawing, target, element, own, here))
-        else:
-            yield from shapes(drawing, target, here)
-    elif tag == "switch":
-        chosen = next((child for child in element.children if _is_for_all(child)), None)
-        yield from shapes(drawing, chosen, here) if chosen is not None else ()
-    elif tag in GROUPS and tag != "symbol":
-        if tag == "svg" and around.elements:
-            here = _in_viewport(drawing, element, element, style, here)
-        named = element is not drawing.root
-        yield from _within(drawing, element, replace(here, layer=_given(element) or here.layer) if named else here)
+    return here if clip is None or here.clips is None else replace(here, clips=(*here.clips, clip))
+
+
+def _shape(drawing: Drawing, element: Element, here: Around) -> Iterator[Drawn]:
+    """A shape, whose label is the name of the use, of its own, or of its layer."""
+    yield Drawn(element, replace(here, label=here.label or _given(element) or here.layer))
+
+
+def _unread(drawing: Drawing, element: Element, here: Around) -> Iterator[Drawn]:
+    """No shape of an element without curves, which is counted where it is to be seen."""
+    drawing.unused[f"{element.tag} of a clip-path" if here.inside else element.tag] += not here.hidden
+    return iter(())
+
+
+def _use(drawing: Drawing, use: Element, here: Around) -> Iterator[Drawn]:
+    """Shapes of the element that a use draws at its place."""
+    target = drawing.by_id.get(_target(use))
+    if target is None:
+        drawing.unused["use of nothing that is there"] += 1
+        return iter(())
+    x, y = (_length(use, key, whole, "0") for key, whole in zip("xy", drawing.size, strict=True))
+    here = replace(here, transform=f"{here.transform} translate({x},{y})".strip(), label=_given(use) or here.label)
+    if target.tag not in ("symbol", "svg"):
+        return shapes(drawing, target, here)
+    own = drawing.sheet.style(target, here.elements, here.style)
+    return _within(drawing, target, _in_viewport(drawing, target, use, own, here))
+
+
+def _switch(drawing: Drawing, switch: Element, here: Around) -> Iterator[Drawn]:
+    """Shapes of the first alternative that any reader may choose."""
+    chosen = next((child for child in switch.children if _is_for_all(child)), None)
+    return iter(()) if chosen is None else shapes(drawing, chosen, here)
+
+
+def _group(drawing: Drawing, group: Element, here: Around) -> Iterator[Drawn]:
+    """Shapes in a group or a nested drawing, which is a layer if it has a name."""
+    if group is drawing.root:
+        return _within(drawing, group, here)
+    if group.tag == "svg":
+        here = _in_viewport(drawing, group, group, here.style, here)
+    return _within(drawing, group, replace(here, layer=_given(group) or here.layer))
+
+
+# What elements draw in their own context, by tag; all others draw nothing by themselves.
+DRAW: Mapping[str, Callable[[Drawing, Element, Around], Iterator[Drawn]]] = {
+    **dict.fromkeys(SHAPES, _shape),
+    **dict.fromkeys(DRAWN_ELSE, _unread),
+    **dict.fromkeys(("g", "a", "svg"), _group),
+    "use": _use,
+    "switch": _switch,
+}
 
 
 def _count(drawing: Drawing, element: Element) -> None:
@@ -145,13 +176,8 @@ def _count(drawing: Drawing, element: Element) -> None:
 def _clip(drawing: Drawing, element: Element, around: Around, here: Around) -> Clip | None:
     """Clip by the clip-path of an element; None if it has none, or one that cannot be applied."""
     given = here.style.get("clip-path", "none")
-    if given == "none" or around.clips is None:
-        return None
-    found = REFERENCE.match(given)
-    target = drawing.by_id.get(found[1]) if found else None
-    if found is None or target is None or target.tag != "clipPath":
-        why = f"there is no clipPath {shown(found[1], 40)!r}" if found else f"{shown(given, 40)!r} is not read"
-        drawing.unclipped[why] += 1
+    target = None if given == "none" or around.clips is None else _clip_path(drawing, given)
+    if target is None:
         return None
     name = target.attributes["id"]
     if name in here.inside:
@@ -164,15 +190,25 @@ def _clip(drawing: Drawing, element: Element, around: Around, here: Around) -> C
         transform = f"{transform} {box}".strip()
     key = name, transform
     if key not in drawing.clips:
+        drawing.clips[key] = None
         try:
             drawing.clips[key] = _made(drawing, target, transform, (*here.inside, name))
         except GeometryError as error:
-            drawing.clips[key] = None
-            drawing.unclipped[f"{target.name}: {error}"] += 0
-    made = drawing.clips[key]
-    if made is None:
-        drawing.unclipped[next(why for why in drawing.unclipped if why.startswith(target.name))] += 1
-    return made
+            drawing.failed.setdefault(name, f"{target.name}: {error}")
+    if drawing.clips[key] is None:
+        drawing.unclipped[drawing.failed[name]] += 1
+    return drawing.clips[key]
+
+
+def _clip_path(drawing: Drawing, given: str) -> Element | None:
+    """The clipPath that a style's clip-path refers to; None, and counted as not applied, if it is not there."""
+    found = REFERENCE.match(given)
+    target = drawing.by_id.get(found[1]) if found else None
+    if target is not None and target.tag == "clipPath":
+        return target
+    why = f"there is no clipPath {shown(found[1], 40)!r}" if found else f"{shown(given, 40)!r} is not read"
+    drawing.unclipped[why] += 1
+    return None
 
 
 def _made(drawing: Drawing, target: Element, transform: str, inside: tuple[str, ...]) -> Clip:
