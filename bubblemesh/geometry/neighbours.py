@@ -9,7 +9,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import NEARLY, ROUNDINGS, TOUCHING
-from bubblemesh.geometry.nesting import Shapes
+from bubblemesh.geometry.nesting import Shapes, polygons_of
 from bubblemesh.messages import counted, just_above, place
 from bubblemesh.records import record
 
@@ -207,9 +207,8 @@ def _without_spikes(loop: Floats) -> Floats:
 def _valid(polygon: shapely.Polygon) -> shapely.Geometry:
     if polygon.is_valid:
         return polygon
-    parts = shapely.get_parts(shapely.make_valid(polygon, method="structure"))
-    areas = parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON]
-    return areas[0] if len(areas) == 1 else shapely.MultiPolygon(areas.tolist())
+    areas = polygons_of(shapely.make_valid(polygon, method="structure"))
+    return areas[0] if len(areas) == 1 else shapely.MultiPolygon(areas)
 
 
 def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float) -> Shapes:
@@ -233,13 +232,8 @@ def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float) -> Shap
     result = shapes.copy()
     for k in over.tolist():
         if area[k] > join * 1e-6 * np.sqrt(size[j[k]]):
-            result[j[k]] = _polygons(shapely.difference(result[j[k]], result[i[k]]))
+            result[j[k]] = shapely.MultiPolygon(polygons_of(shapely.difference(result[j[k]], result[i[k]])))
     return result
-
-
-def _polygons(shape: shapely.Geometry) -> shapely.Geometry:
-    parts = shapely.get_parts(shape)
-    return shapely.MultiPolygon(parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON].tolist())
 
 
 def widths(shapes: Shapes) -> Floats:

@@ -23,6 +23,12 @@ def shapes_of(areas: Sequence[Area]) -> Shapes:
     )
 
 
+def polygons_of(shapes: shapely.Geometry | Shapes) -> list[shapely.Polygon]:
+    """The polygons with an area that a shape of any kind, or several (n,), consist of."""
+    parts = shapely.get_parts(shapely.get_parts(shapes))  # twice, since parts of collections may have parts
+    return parts[shapely.area(parts) > 0].tolist()
+
+
 def nested(areas: Sequence[Area], whole: int = 0) -> list[Area]:
     """Areas where those within others count as holes of them, those within such holes as areas again, and so on.
 

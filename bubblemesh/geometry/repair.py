@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.nesting import Shapes, shapes_of, with_holes
+from bubblemesh.geometry.nesting import Shapes, polygons_of, shapes_of, with_holes
 from bubblemesh.geometry.paths import Area, Change, Line, Point, Polyline, Ring, Side, as_point
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import fault_place
@@ -58,7 +58,7 @@ class Repair:
             shapes = [
                 shape if shape.is_valid else _mended(area, work) for area, shape in zip(areas, shapes, strict=True)
             ]
-            shapes = [part for shape in shapes for part in _polygons(shape)]
+            shapes = [part for shape in shapes for part in polygons_of(shape)]
             if united:
                 shapes = _united(shapes, self.gap_of(work.size), work)
             shapes = _without(shapes, holes, work)
@@ -176,10 +176,6 @@ def _fingerprint(points: Floats) -> bytes:
     return np.ascontiguousarray(points[np.lexsort(points.T)] + 0.0).tobytes()
 
 
-def _polygons(shape: shapely.Geometry) -> list[shapely.Polygon]:
-    return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "Polygon" and part.area > 0]
-
-
 def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
     """The area that a ring encloses: wherever it turns around a place, however often."""
     points = ring.outline
@@ -196,7 +192,7 @@ def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
 def _tidy(shape: shapely.Geometry, size: float) -> shapely.Geometry:
     """A shape without the thin parts, the spikes and the vertices beside others that cuts leave."""
     thin = THIN * size
-    polygons = [part for part in _polygons(shape) if part.area > thin * part.length]
+    polygons = [part for part in polygons_of(shape) if part.area > thin * part.length]
     holed = []
     for part in polygons:
         holes = [hole for hole in part.interiors if shapely.Polygon(hole).area > thin * hole.length]
@@ -231,7 +227,7 @@ def _without(shapes: Sequence[shapely.Polygon], holes: Sequence[Ring], work: _Wo
     if not holes or not shapes:
         return list(shapes)
     whole = shapes[0] if len(shapes) == 1 else shapely.MultiPolygon(list(shapes))
-    return _polygons(_cut(whole, holes, work))
+    return polygons_of(_cut(whole, holes, work))
 
 
 def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: _Work) -> shapely.Geometry:
@@ -274,13 +270,13 @@ def _united(shapes: Sequence[shapely.Polygon], gap: float, work: _Work) -> list[
         at = shapely.get_coordinates(shapely.point_on_surface(common[k]))[0]
         work.note(what, at, -common[k].area, map(_outer, (found[i[k]], found[j[k]])))
     if meeting.any():
-        found = np.array(_polygons(_tidy(shapely.union_all(found), work.size)), dtype=object)
+        found = np.array(polygons_of(_tidy(shapely.union_all(found), work.size)), dtype=object)
     strips = _strips(found, gap, work)
     if strips:
         whole = shapely.union_all(
             [*found, *(strip.buffer(OVERLAP * work.size, join_style="mitre") for strip in strips)]
         )
-        found = np.array(_polygons(_tidy(whole, work.size)), dtype=object)
+        found = np.array(polygons_of(_tidy(whole, work.size)), dtype=object)
     return list(found)
 
 
@@ -298,7 +294,7 @@ def _strips(found: Shapes, gap: float, work: _Work) -> list[shapely.Polygon]:
         closed = shapely.buffer(shapely.buffer(both, gap / 2, join_style="mitre"), -gap / 2, join_style="mitre")
         between = shapely.difference(closed, shapely.union_all([found[a], found[b]]))
         near = OVERLAP * work.size
-        for strip in _polygons(between):
+        for strip in polygons_of(between):
             beside = shapely.dwithin(strip, found[a], near) and shapely.dwithin(strip, found[b], near)
             if beside and strip.area > THIN * gap * gap:
                 at = shapely.get_coordinates(shapely.point_on_surface(strip))[0]
@@ -325,7 +321,7 @@ def _without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: _Wo
             told = f"{counted(len(parts), what)} below {smallest:g} left out{of_which}"
             work.note(told, _outer(largest)[0], sign * sum(part.area for part in parts), map(_outer, parts))
     if filled and len(found) > 1:
-        found = [part for part in _polygons(shapely.union_all(found))]
+        found = polygons_of(shapely.union_all(found))
     return found
 
 

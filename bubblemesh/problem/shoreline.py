@@ -14,6 +14,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.case.domain import ShoreDomain
 from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry.geography import projected, projected_line
+from bubblemesh.geometry.nesting import polygons_of
 from bubblemesh.geometry.paths import Area, Line, Point, Polyline, Ring, Side, as_point
 from bubblemesh.messages import counted
 from bubblemesh.readers.shores import ON_SIDE, land_in
@@ -62,7 +63,7 @@ def sea_in_box(keys: ShoreDomain) -> Sea:
         # Cut where the sides of the box are straight still, so that land which ends on one has no sea beside it.
         frame, shape = shapely.segmentize(shapely.box(*keys.box), step), shapely.union_all(faces.shapes)
         sea = frame.intersection(shape) if faces.of_sea else frame.difference(shape)
-        parts = [valid for part in _polygons(sea) for valid in _polygons(shapely.make_valid(_in_plane(part)))]
+        parts = [valid for part in polygons_of(sea) for valid in polygons_of(shapely.make_valid(_in_plane(part)))]
         return _kept(shapely.simplify(shapely.MultiPolygon(parts), straight), sides, shore.smallest or 0.0, faces.notes)
 
 
@@ -80,7 +81,7 @@ def _kept(
     advice: str = "correct the box, or say of: sea if the shapes are water",
 ) -> Sea:
     """Parts of the sea that are open and large, without small islands."""
-    found, notes = [part for part in _polygons(sea) if part.area > 0], list(told)
+    found, notes = polygons_of(sea), list(told)
     rim = shapely.MultiLineString([shapely.LineString(side) for side in sides])
     size = max(np.ptp(np.vstack(sides), axis=0))
     opened = [part for part in found if part.boundary.intersection(rim.buffer(ON_SIDE * size)).length > 1e-3 * size]
@@ -100,10 +101,6 @@ def _kept(
         notes.append(f"{counted(dropped, 'island')} below {smallest:.6g} left out")
     parts = [shapely.Polygon(part.exterior, kept) for part, kept in zip(large, holes, strict=True)]
     return Sea(sorted(parts, key=lambda part: -part.area), tuple(sides), tuple(notes))
-
-
-def _polygons(shape: shapely.Geometry) -> list[shapely.Polygon]:
-    return [part for part in shapely.get_parts(shape).tolist() if part.geom_type == "Polygon" and not part.is_empty]
 
 
 def fitted(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
@@ -152,7 +149,7 @@ def without_narrow(sea: Sea, spacing: SpacingAt, narrowest: float, smallest: flo
 
     middles = shape.difference(_grown(shape, half_width))
     wide = shapely.union_all([middles, _grown(middles, _touching(shape))])
-    parts = _polygons(shape.difference(wide))
+    parts = polygons_of(shape.difference(wide))
     widths = 2 * half_width(shapely.get_coordinates([part.point_on_surface() for part in parts]))
     narrow = [(part, width) for part, width in zip(parts, widths, strict=True) if part.area > SLIVER * width**2]
     if not narrow:
@@ -166,7 +163,7 @@ def without_narrow(sea: Sea, spacing: SpacingAt, narrowest: float, smallest: flo
 def _grown(shape: shapely.Geometry, radius: SpacingAt) -> shapely.Geometry:
     """Area no farther from the boundary of a shape than a radius there, as it is in bands of nearly equal radii."""
     pieces, radii = list[shapely.LineString](), list[float]()
-    for part in _polygons(shape):
+    for part in polygons_of(shape):
         for ring in (part.exterior, *part.interiors):
             points = _with_points_between(shapely.get_coordinates(ring), radius)
             band = np.floor(np.log(1.02 * radius((points[:-1] + points[1:]) / 2)) / np.log(BAND)).astype(np.int64)
@@ -189,7 +186,7 @@ def _with_points_between(line: Floats, radius: SpacingAt) -> Floats:
 
 def _touching(shape: shapely.Geometry) -> SpacingAt:
     """The radii of discs that touch the boundary of a shape, and a little more."""
-    rings = [shapely.get_coordinates(ring) for part in _polygons(shape) for ring in (part.exterior, *part.interiors)]
+    rings = [shapely.get_coordinates(ring) for part in polygons_of(shape) for ring in (part.exterior, *part.interiors)]
     sides = np.vstack([np.stack([ring[:-1], ring[1:]], axis=1) for ring in rings])
     tree = shapely.STRtree(shapely.linestrings(sides))
 

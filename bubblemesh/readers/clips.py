@@ -18,7 +18,7 @@ from bubblemesh.errors import GeometryError, LimitError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.nesting import nested, shapes_of
+from bubblemesh.geometry.nesting import nested, polygons_of, shapes_of
 from bubblemesh.geometry.paths import Area, Line, OpenPath, Point, Ring, as_point
 from bubblemesh.geometry.rings import BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import counted
@@ -98,7 +98,7 @@ def _window(clip: Clip, points: Floats) -> shapely.MultiPolygon:
     window: shapely.Geometry = shapely.box(x0 - margin, y0 - margin, x1 + margin, y1 + margin)
     shape = shapely.union_all(shapely.make_valid(shapes_of(clip.areas)))
     window = shapely.difference(window, shape) if clip.outside else shapely.intersection(window, shape)
-    return shapely.MultiPolygon([part for part in shapely.get_parts(window).tolist() if part.geom_type == "Polygon"])
+    return shapely.MultiPolygon(polygons_of(window))
 
 
 def _inside(features: Sequence[Feature], window: shapely.Geometry) -> list[bool]:
@@ -192,8 +192,7 @@ def _cut_area(area: Area, clip: Clip, window: shapely.MultiPolygon, tally: _Tall
 def _cut_by_chords(shape: shapely.Polygon, window: shapely.MultiPolygon, label: str | None) -> list[Area]:
     """The areas of a polygonal copy that are to be seen, but for those that are thin by rounding."""
     thin = THIN * float(np.ptp(shapely.get_coordinates(shape), axis=0).max())
-    parts = shapely.get_parts(shapely.intersection(shape, window)).tolist()
-    polygons = [part for part in parts if part.geom_type == "Polygon" and part.area > thin * part.length]
+    polygons = [part for part in polygons_of(shapely.intersection(shape, window)) if part.area > thin * part.length]
     return [
         Area(*_area_rings([shapely.get_coordinates(loop) for loop in (part.exterior, *part.interiors)], label))
         for part in polygons

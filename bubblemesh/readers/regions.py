@@ -11,7 +11,7 @@ from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.neighbours import matched
-from bubblemesh.geometry.nesting import shapes_of
+from bubblemesh.geometry.nesting import polygons_of, shapes_of
 from bubblemesh.geometry.paths import Area, Line, Ring
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import counted, unknown
@@ -124,6 +124,6 @@ def united(areas: Sequence[Area]) -> list[Area]:
     """The areas that straight-sided ones cover together."""
     shapes = shapes_of(areas)
     whole = shapely.coverage_union_all(shapes) if shapely.coverage_is_valid(shapes) else shapely.union_all(shapes)
-    parts = np.array([part for part in shapely.get_parts(whole).tolist() if not part.is_empty])
+    parts = np.array(polygons_of(whole))
     order = np.argsort(-shapely.area(parts), kind="stable")
     return [_area(part) for part in parts[order]]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.geography import full_turn, require_system
+from bubblemesh.geometry.nesting import polygons_of
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted, extent
 from bubblemesh.readers.features import Feature, vertices_of
@@ -73,13 +74,11 @@ def _areas(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tup
     faulty = turned[~shapely.is_valid(turned)]
     ending = shapely.transform(turned, lambda points: _on_sides(points, box))
     cut = shapely.intersection(shapely.make_valid(ending), frame)
-    found = [part for part in shapely.get_parts(shapely.get_parts(cut)) if part.geom_type == "Polygon"]
-    found = [part for part in found if not part.is_empty]
     told: Notes = ()
     if len(faulty):
         where = given_place(fault_place(faulty[0]))
         told = (f"{counted(len(faulty), 'shape')} mended that crossed or touched itself, the first at {where}",)
-    joined, more = _joined(found, ON_SIDE * max(box[2] - box[0], box[3] - box[1]))
+    joined, more = _joined(polygons_of(cut), ON_SIDE * max(box[2] - box[0], box[3] - box[1]))
     return joined, (*told, *more)
 
 
@@ -109,10 +108,9 @@ def _joined(shapes: Sequence[shapely.Polygon], near: float) -> tuple[list[shapel
             found[i] = shapely.snap(found[i], shapely.multipoints(_apart(found[j], found[i], near)), near)
     if not places:
         return list(shapes), ()
-    parts = shapely.get_parts(shapely.get_parts(shapely.make_valid(found)))
     pairs = counted(len(places), "pair")
     told = f"gaps of rounding closed between {pairs} of shapes, the first at {given_place(places[0])}"
-    return [part for part in parts if part.geom_type == "Polygon" and not part.is_empty], (told,)
+    return polygons_of(shapely.make_valid(found)), (told,)
 
 
 def _apart(one: shapely.Polygon, other: shapely.Polygon, near: float) -> Floats:

@@ -4,9 +4,11 @@ import re
 
 import numpy as np
 import pytest
+import shapely
 
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.nesting import polygons_of
 from bubblemesh.geometry.paths import Area
 from bubblemesh.geometry.rings import circle, polygon, rectangle
 
@@ -87,3 +89,11 @@ def test_very_many_areas():
         [Area(rectangle(2 * i, 2 * j, 2 * i + 1, 2 * j + 1)) for i in range(30) for j in range(30)]
     )
     assert (domain.piece_count, domain.polygon.area) == (900, 900)
+
+
+def test_polygons_are_found_in_collections_of_collections_and_in_arrays():
+    one, other, line = shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1), shapely.LineString([(4, 0), (5, 0)])
+    whole = shapely.GeometryCollection([line, shapely.MultiPolygon([one, other]), shapely.Polygon()])
+    assert polygons_of(whole) == [one, other]
+    assert polygons_of(np.array([one, whole, line])) == [one, one, other]
+    assert polygons_of(shapely.GeometryCollection()) == []

@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, components
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.nesting import Shapes
+from bubblemesh.geometry.nesting import Shapes, polygons_of
 from bubblemesh.geometry.paths import Change, Line, Ring, Side, as_point
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.repair import THIN
@@ -99,8 +99,8 @@ def _around(lines: Shapes) -> list[Floats]:
     wide = shapely.area(each) > thin * shapely.length(each) / 2  # where lines lie on each other are slivers
     faces = shapely.union_all(each[wide])
     sparse = shapely.remove_repeated_points(faces, thin)
-    whole = shapely.get_parts(sparse if sparse.is_valid else faces).tolist()
-    return [shapely.get_coordinates(part.exterior)[:-1] for part in whole if part.geom_type == "Polygon"]
+    whole = polygons_of(sparse if sparse.is_valid else faces)
+    return [shapely.get_coordinates(part.exterior)[:-1] for part in whole]
 
 
 def _ring(points: Floats, chords: shapely.STRtree, labels: Sequence[str | None], origin: str) -> Ring:
