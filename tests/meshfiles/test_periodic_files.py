@@ -227,14 +227,14 @@ def test_periodic_sides_that_are_turned_are_told(tmp_path):
     assert notes == ("1 of its 1 pairs of periodic sides are left out: they are no shifted boundaries",)
 
 
-@pytest.mark.parametrize("row", ["0 1", "1 9999"])
-def test_a_match_of_a_node_that_is_not_there_is_damage(tmp_path, row):
+@pytest.mark.parametrize(("row", "missing"), [("0 1", 0), ("1 9999", 9999)])
+def test_a_match_of_a_node_that_is_not_there_is_damage(tmp_path, row, missing):
     mesh = mesh_of(PAIRED.replace("PAIRS", "").replace("POINTS", ""))
     (name, *_) = write_files(mesh, {}, {}, tmp_path, "cell", ["msh-ascii"])["files"]
     lines = (tmp_path / name).read_text().splitlines()
     lines[-2] = row
     (tmp_path / name).write_text("\n".join([*lines, ""]))
-    with pytest.raises(FileError, match="a periodic side has a node that is not there"):
+    with pytest.raises(FileError, match=f"names the node {missing}, which is not there"):
         whole_mesh(tmp_path / name)
 
 

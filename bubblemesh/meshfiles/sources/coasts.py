@@ -9,7 +9,16 @@ import numpy as np
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
-from bubblemesh.meshfiles.sources.source import Block, Data, Source, reals, require_length, wholes, with_named_edges
+from bubblemesh.meshfiles.sources.source import (
+    Block,
+    Data,
+    NodeNumbers,
+    Source,
+    reals,
+    require_length,
+    wholes,
+    with_named_edges,
+)
 
 DEPTH, ELEVATION = "depth", "elevation"  # data at nodes
 CELLS = {3: "triangle", 4: "quad"}  # by the number of nodes
@@ -41,25 +50,10 @@ def read_grid(path: Path) -> Source:
     elements, nodes = counts
     require_length(len(lines) - 2, nodes + elements, "lines of nodes and elements")
     table = reals(_rows(lines[2 : 2 + nodes], 4, "node"), "nodes").reshape(-1, 4)
-    index = _Numbers(table[:, 0].astype(np.int64))
+    index = NodeNumbers(table[:, 0].astype(np.int64))
     faces = list(_cells(lines[2 + nodes : 2 + nodes + elements], index))
     edges, opened = _boundaries(iter(lines[2 + nodes + elements :]), index)
     return with_named_edges(table[:, 1:3], faces, edges, point_data={DEPTH: table[:, 3]}, open_sets=opened)
-
-
-class _Numbers:
-    """Nodes by the numbers that a file gives them."""
-
-    def __init__(self, numbers: Integers) -> None:
-        self.order = np.argsort(numbers, kind="stable")
-        self.numbers = numbers[self.order]
-
-    def __call__(self, found: Integers) -> Integers:
-        """Places of nodes; FileError if one is not there."""
-        place = np.minimum(np.searchsorted(self.numbers, found), len(self.numbers) - 1)
-        if found.size and (len(self.numbers) == 0 or (self.numbers[place] != found).any()):
-            raise FileError("names a node that is not there: the file is damaged")
-        return np.asarray(self.order[place] if found.size else found)
 
 
 def _rows(lines: list[bytes], width: int, what: str) -> list[list[bytes]]:
@@ -70,7 +64,7 @@ def _rows(lines: list[bytes], width: int, what: str) -> list[list[bytes]]:
     return rows
 
 
-def _cells(lines: list[bytes], index: _Numbers) -> Iterator[Block]:
+def _cells(lines: list[bytes], index: NodeNumbers) -> Iterator[Block]:
     """Blocks of the elements by the number of their nodes."""
     by_width: dict[bytes, list[list[bytes]]] = {}
     for row in map(bytes.split, lines):
@@ -82,10 +76,10 @@ def _cells(lines: list[bytes], index: _Numbers) -> Iterator[Block]:
         if any(len(row) < width for row in rows):
             raise FileError(f"has an element with fewer than {width} nodes")
         nodes = wholes([row[:width] for row in rows], "nodes of elements").reshape(-1, width)
-        yield Block(CELLS[width], index(nodes))
+        yield Block(CELLS[width], index.places(nodes))
 
 
-def _boundaries(lines: Iterator[bytes], index: _Numbers) -> tuple[dict[str, Integers], tuple[str, ...]]:
+def _boundaries(lines: Iterator[bytes], index: NodeNumbers) -> tuple[dict[str, Integers], tuple[str, ...]]:
     """Edges (m, 2) of each boundary's label, and the labels of open ones; none if the file ends before."""
     found: dict[str, list[Integers]] = {}
     open_labels = dict[str, None]()
@@ -111,14 +105,16 @@ def _count(line: bytes) -> int:
     return int(wholes(words, "numbers of boundaries")[0]) if words else 0
 
 
-def _boundary(lines: Iterator[bytes], count: int, kind: int | None, index: _Numbers) -> Iterator[tuple[str, Integers]]:
+def _boundary(
+    lines: Iterator[bytes], count: int, kind: int | None, index: NodeNumbers
+) -> Iterator[tuple[str, Integers]]:
     """Edges of a boundary of so many nodes, with the name of its kind: of both sides of a barrier inside."""
     rows = [line.split() for _, line in zip(range(count), lines, strict=False)]
     require_length(len(rows), count, "nodes of a boundary")
     sides = 2 if kind in PAIRS else 1
     if any(len(row) < sides for row in rows):
         raise FileError("has a boundary with an empty line in place of a node")
-    nodes = index(wholes([row[:sides] for row in rows], "boundary nodes").reshape(-1, sides))
+    nodes = index.places(wholes([row[:sides] for row in rows], "boundary nodes").reshape(-1, sides))
     name = OPEN if kind is None else ISLAND if kind in ISLANDS else WEIR if kind in (*WEIRS, *PAIRS) else LAND
     for along in nodes.T:
         if kind in ISLANDS and len(along) and along[0] != along[-1]:
@@ -147,13 +143,13 @@ def read_sms(path: Path) -> Source:
     if any(len(row) < 4 for row in nodes):
         raise FileError("has a node with fewer than 4 numbers in its line")
     table = reals([row[:4] for row in nodes], "nodes").reshape(-1, 4)
-    index = _Numbers(table[:, 0].astype(np.int64))
+    index = NodeNumbers(table[:, 0].astype(np.int64))
     blocks, groups = [], list[Data]()
     for word, rows in cells.items():
         kind, width = SMS_CELLS[word]
         if any(len(row) < width + 1 for row in rows):
             raise FileError(f"has a cell {word.decode()} with fewer than {width} nodes")
-        blocks.append(Block(kind, index(wholes([row[1 : width + 1] for row in rows], "nodes of cells"))))
+        blocks.append(Block(kind, index.places(wholes([row[1 : width + 1] for row in rows], "nodes of cells"))))
         materials = [(row[width + 1 : width + 2] or [b"0"])[0] for row in rows]
         groups.append(reals(materials, "materials").astype(np.int64))
     edges, numbers = _strings(strings, index)
@@ -161,7 +157,7 @@ def read_sms(path: Path) -> Source:
     return Source(table[:, 1:3], [*blocks, Block("line", edges)], {ELEVATION: table[:, 3]}, data)
 
 
-def _strings(words: list[bytes], index: _Numbers) -> tuple[Integers, Integers]:
+def _strings(words: list[bytes], index: NodeNumbers) -> tuple[Integers, Integers]:
     """Edges (m, 2) of node strings, whose last node is negative, and the number (m,) of each one's string.
 
     A number may follow in the same line; else strings are counted.
@@ -181,7 +177,7 @@ def _strings(words: list[bytes], index: _Numbers) -> tuple[Integers, Integers]:
             number = int(own) if own.isdigit() else count
             if own != b"|":
                 next(places)
-            along = index(np.array(chain))
+            along = index.places(np.array(chain))
             edges.append(np.column_stack([along[:-1], along[1:]]))
             numbers.append(np.full(len(along) - 1, number))
             chain = []

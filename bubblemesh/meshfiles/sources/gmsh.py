@@ -9,11 +9,10 @@ import numpy as np
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import FileError
 from bubblemesh.files import opened, read_bytes, temporary_folder
-from bubblemesh.meshes.edges import find_keys
 from bubblemesh.meshfiles.groups import PARTITION
 from bubblemesh.meshfiles.sources.freefem import is_freefem, read_freefem
 from bubblemesh.meshfiles.sources.other import read_other
-from bubblemesh.meshfiles.sources.source import Source
+from bubblemesh.meshfiles.sources.source import NodeNumbers, Source
 
 FORMAT = b"$MeshFormat"
 WHOLE, PARTS = b"$Entities", b"$PartitionedEntities"
@@ -74,20 +73,16 @@ def read_partitioned(path: Path) -> Source:
 
 
 def _read(path: Path) -> Source:
-    """Mesh as meshio reads it, but for nodes of periodic sides: these it gives by their numbers in the file, from 0."""
+    """Mesh as meshio reads it, but for nodes of periodic sides: these it gives by their numbers in the file less 1."""
     source = read_other(path, "gmsh")  # without the format it would try ANSYS first
     if not source.matching:
         return source
-    numbers = _numbers_of_nodes(path)
-    order = np.argsort(numbers, kind="stable")
-    matching = [find_keys(numbers[order], nodes) for nodes in source.matching]
-    if any((places < 0).any() for places in matching):
-        raise FileError("a periodic side has a node that is not there: the file is damaged")
-    return replace(source, matching=[order[places] for places in matching])
+    numbers = NodeNumbers(_numbers_of_nodes(path))
+    return replace(source, matching=[numbers.places(nodes + 1) for nodes in source.matching])
 
 
 def _numbers_of_nodes(path: Path) -> Integers:
-    """Numbers (n,) of the nodes in their order in a file that meshio has read, from 0."""
+    """Numbers (n,) of the nodes in their order in a file that meshio has read."""
     from meshio.gmsh import _gmsh41, main
 
     with opened(path) as stream:
@@ -98,8 +93,8 @@ def _numbers_of_nodes(path: Path) -> Integers:
         while not stream.readline().startswith(NODES):
             pass
         if reader is _gmsh41:  # which counts from 0 by itself
-            return np.asarray(reader._read_nodes(stream, is_text, size)[1])
-        return np.asarray(reader._read_nodes(stream, is_text)[1]).astype(np.int64) - 1
+            return np.asarray(reader._read_nodes(stream, is_text, size)[1]) + 1
+        return np.asarray(reader._read_nodes(stream, is_text)[1]).astype(np.int64)
 
 
 def _with_parts(source: Source, part: Mapping[tuple[int, int], int]) -> Source:

@@ -57,6 +57,22 @@ class Source:
         return cls(*data, sets, tags, matching=matching, node_sets=tuple(sorted(named)))
 
 
+class NodeNumbers:
+    """The nodes of a file by the numbers (n,) that it gives them."""
+
+    def __init__(self, numbers: Integers) -> None:
+        self._order = np.argsort(numbers, kind="stable")
+        self._sorted = numbers[self._order]
+
+    def places(self, asked: Integers) -> Integers:
+        """Places of nodes, in an array as that of their numbers; FileError with the first that is not there."""
+        found = np.searchsorted(self._sorted, asked)
+        missing = asked[np.searchsorted(self._sorted, asked, "right") == found]
+        if missing.size:
+            raise FileError(f"names the node {missing[0]}, which is not there: the file is damaged")
+        return self._order[found]
+
+
 def _fits(chosen: Sequence[Any], blocks: Sequence[Block]) -> bool:
     """Whether a set has numbers of cells, or None, for each block."""
     if len(chosen) != len(blocks):
