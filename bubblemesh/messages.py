@@ -156,10 +156,10 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     return next(iter(get_close_matches(word, words, n=1) or longer[: len(longer) == 1]), None)
 
 
-def listed(words: Sequence[str]) -> str:
+def listed(words: Sequence[str], most: int = MOST_NAMES) -> str:
     """Words one after the other, of very many the first: a, b, c and 7 more."""
-    more = f" and {len(words) - MOST_NAMES} more" if len(words) > MOST_NAMES else ""
-    return f"{', '.join(words[:MOST_NAMES])}{more}"
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return f"{', '.join(words[:most])}{more}"
 
 
 def meant(word: str, known: Iterable[str]) -> str:
@@ -196,9 +196,9 @@ def cause(error: Exception, most: int = 60) -> str:
     return shown(error, most) or ("it ends too early" if ends else "it is not as its format asks for")
 
 
-def unknown(what: str, name: str, known: Iterable[str]) -> str:
-    """Message on a name that nothing has, with the names that there are."""
+def unknown(what: str, name: str, known: Iterable[str], most: int = MOST_NAMES) -> str:
+    """Message on a name that nothing has, with the names that there are, of very many the first."""
     names = list(known)
     close = closest(name, names)
     hint = "" if close is None else f"did you mean {close!r}? "
-    return f"unknown {what} {name!r}; {hint}known: {listed(names)}"
+    return f"unknown {what} {name!r}; {hint}known: {listed(names, most)}"

@@ -673,7 +673,7 @@ def test_plot(disc, tmp_path, order):
     assert (tmp_path / "disc.png").read_bytes().startswith(b"\x89PNG")
     assert len(figure.axes) == 1
     assert mesh.plot().axes[0].get_title() == ""
-    with pytest.raises(CaseError, match="the mesh has no 'red': allowed: quality, size, spacing"):
+    with pytest.raises(CaseError, match="unknown quantity 'red'; known: quality, size, spacing"):
         mesh.plot(color="red")
 
 

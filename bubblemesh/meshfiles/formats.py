@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from bubblemesh.errors import CaseError
+from bubblemesh.messages import unknown
 from bubblemesh.records import record
 
 if TYPE_CHECKING:
@@ -220,7 +221,7 @@ else:
 def format_named(name: str) -> Format:
     """Look up a format by its name; an unknown one is a CaseError."""
     if name not in FORMATS:
-        raise CaseError(f"unknown mesh format {name!r}: choose one of {', '.join(FORMATS)}")
+        raise CaseError(unknown("format", name, FORMATS, len(FORMATS)))
     return FORMATS[name]
 
 

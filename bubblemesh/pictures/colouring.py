@@ -17,7 +17,7 @@ from bubblemesh.meshes.histograms import lowest_shown
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import MeasuresInMetric, measures_of
 from bubblemesh.meshes.quality import TARGET_SPACING, signed_areas, spacing_ratios
-from bubblemesh.messages import meant, shown
+from bubblemesh.messages import meant, shown, unknown
 from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
 from bubblemesh.records import record
 
@@ -156,9 +156,7 @@ def _field(mesh: Mesh, data: MeshData, name: str) -> tuple[Floats, str]:
     values = data.cells.get(name, data.points.get(name))
     if values is None:
         known = dict.fromkeys((*QUANTITIES, *data.cells, *data.points))
-        close = meant(name, known)
-        hint = close if close.startswith("allowed") else f"{close} allowed: {', '.join(known)}"
-        raise PlotOptionError("color", f"the mesh has no {name!r}: {hint}")
+        raise PlotOptionError("color", unknown("quantity", name, known))
     flat = values.reshape(len(values), -1)
     lengths = flat[:, 0] if flat.shape[1] == 1 else np.sqrt((flat**2).sum(axis=1))
     title = name if flat.shape[1] == 1 else f"|{name}|"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from bubblemesh.case import Case, Output, Override
-from bubblemesh.errors import CaseError, FileError
+from bubblemesh.errors import CaseError, FileError, prefixed
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.beside import files_beside
@@ -17,6 +17,7 @@ from bubblemesh.meshfiles.formats import (
     FORMATS_FOR,
     MOST_PIECES,
     FormatName,
+    format_named,
     formats_by_ending,
     formats_for,
     require_no_sizes,
@@ -39,7 +40,7 @@ from bubblemesh.meshfiles.writing import (
     write_files,
     write_stream,
 )
-from bubblemesh.messages import closest
+from bubblemesh.messages import unknown
 from bubblemesh.problem.files import files_of_case
 from bubblemesh.records import record
 from bubblemesh.run.pipeline import Result, SlicedResult
@@ -66,8 +67,12 @@ class OutputOptions:
         """Formats that the options ask for, if any; an unknown format or solver is a CaseError."""
         if self.named and self.solvers:
             raise CaseError("--format and --for exclude each other: drop one of them")
-        _require_known(self.solvers, FORMATS_FOR, "--for: unknown solver")
-        _require_known(self.named, FORMATS, "--format: unknown format")
+        for solver in self.solvers:
+            if solver not in FORMATS_FOR:
+                raise CaseError(f"--for: {unknown('solver', solver, FORMATS_FOR)}")
+        with prefixed("--format"):
+            for name in self.named:
+                format_named(name)
         return formats_for(self.solvers) or tuple(dict.fromkeys(self.named))
 
     def over_cases(self) -> list[Override]:
@@ -283,15 +288,6 @@ def _page(result: Result | SlicedResult, report: Mapping[str, Any]) -> str:
     overview = Overview(*previewed(result.problem), (extremes[:2], extremes[2:]))
     sample, fields = result.mesh.sample(SAMPLE, "quality")
     return report_page(sample, fields, report, result.speeds, now, overview)
-
-
-def _require_known(names: Iterable[str], table: Iterable[str], problem: str) -> None:
-    for name in names:
-        if name not in table:
-            known = list(table)
-            close = closest(name, known)
-            hint = "" if close is None else f"did you mean {close!r}? "
-            raise CaseError(f"{problem} {name!r}: {hint}choose one of {', '.join(known)}")
 
 
 def _distinct(formats: tuple[FormatName, ...]) -> tuple[FormatName, ...]:

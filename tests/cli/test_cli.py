@@ -260,7 +260,7 @@ def test_help_and_version(tmp_path):
         (["run", "square.yaml", "-o", "mesh.stl"], 2, ".stl"),
         (["run", "square.yaml", "-o", "mesh.msh", "--format", "vtu"], 2, "--format"),
         (["run", "square.yaml", "--format", "stl"], 2, "stl"),
-        (["run", "square.yaml", "--for", "ansys"], 2, "--for: unknown solver 'ansys': choose one of fenicsx"),
+        (["run", "square.yaml", "--for", "ansys"], 2, "--for: unknown solver 'ansys'; known: fenicsx"),
         (["run", "square.yaml", "--for", "su2", "--format", "su2"], 2, "--for exclude each other"),
         (["run", "square.yaml", "--for", "su2", "-o", "mesh.inp"], 2, "asks for inp, --format or --for asks for su2"),
         (["run", "square.yaml", "-o", "mesh.su2", "--set", "output.order=2"], 2, "su2 has no form for"),

@@ -56,8 +56,8 @@ def test_two_formats_of_one_ending_are_two_files(folder):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--for", "su2", "--for", "ansys"], "--for: unknown solver 'ansys': choose one of "),
-        (["--format", "msh", "--format", "obj"], "--format: unknown format 'obj': choose one of "),
+        (["--for", "su2", "--for", "ansys"], "--for: unknown solver 'ansys'; known: "),
+        (["--format", "msh", "--format", "obj"], "--format: unknown format 'obj'; known: "),
         (["--for", "su2", "--format", "msh"], "--format and --for exclude each other"),
         (
             ["--for", "mfem", "--for", "su2", "-o", "a.msh"],
@@ -91,4 +91,4 @@ def test_the_case_keeps_the_solvers_as_it_names_them():
 def test_a_solver_with_a_slip_is_told_what_is_meant():
     code, _, told = command("run", "square.yaml", "--for", "fenics")
     assert code == 2
-    assert told.startswith("error: --for: unknown solver 'fenics': did you mean 'fenicsx'? choose one of ")
+    assert told.startswith("error: --for: unknown solver 'fenics'; did you mean 'fenicsx'? known: ")

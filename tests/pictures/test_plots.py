@@ -306,7 +306,7 @@ def test_a_view_shows_its_part_of_the_mesh_only(mesh):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"color": "qualty"}, "no 'qualty': did you mean 'quality'.* allowed: quality, .*count, height, flow"),
+        ({"color": "qualty"}, "unknown quantity 'qualty'; did you mean 'quality'.* known: quality, .*count, height, flow"),
         ({"color": "spacing"}, "no target_spacing"),
         ({"colormap": "virdis"}, "'virdis' is unknown: did you mean 'viridis'"),
         ({"style": "papr"}, "did you mean 'paper'"),
@@ -585,7 +585,7 @@ def test_plot_writes_the_picture_that_is_named(vtu, tmp_path, monkeypatch):
     ("arguments", "exit_code", "message"),
     [
         (["-o", "a.gif"], 2, "error: a.gif: unknown ending '.gif' for a picture: choose one of .png, .svg, .pdf\n"),
-        (["--color", "flux"], 2, "error: --color: the mesh has no 'flux': allowed: quality, "),
+        (["--color", "flux"], 2, "error: --color: unknown quantity 'flux'; known: quality, "),
         (["--color", "flux"], 2, "material, none, target_spacing\n"),
         (["--style", "poster"], 2, "error: --style: 'poster' is unknown: allowed: screen, paper"),
         (["--dpi", "0"], 2, "error: --dpi: is 0: "),
