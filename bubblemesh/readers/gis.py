@@ -18,7 +18,7 @@ import pyogrio
 
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import beside, read_bytes
-from bubblemesh.messages import meant, shown
+from bubblemesh.messages import shown
 from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.degrees import is_geographic
 from bubblemesh.readers.features import (
@@ -30,7 +30,7 @@ from bubblemesh.readers.features import (
     feature_of,
     parts_of,
 )
-from bubblemesh.readers.selection import Selection
+from bubblemesh.readers.selection import Selection, one_of
 from bubblemesh.readers.simple_features import shape_of_wkb
 
 SHAPEFILE = (9994).to_bytes(4, "big")
@@ -60,7 +60,7 @@ def read_shapefile(path: Path, selection: Selection, layer: str | None) -> Featu
     with ZipFile(archive, "w") as file:
         for ending, part in parts.items():
             file.writestr(f"data{ending}", part)
-    _chosen(layer, [path.stem])
+    one_of([path.stem], layer, "layer", "layer")
     return _features(archive.getvalue(), "data", path.stem, "shapefile", "ESRI Shapefile", system, selection)
 
 
@@ -97,7 +97,7 @@ def read_geopackage(path: Path, selection: Selection, layer: str | None) -> Feat
         raise CaseError("another program has not yet written all into it: close the file there")
     content = _plain(content)
     with _quiet("GeoPackage"):
-        layer = _chosen(layer, [str(name) for name, _ in pyogrio.list_layers(content)])
+        layer = one_of([str(name) for name, _ in pyogrio.list_layers(content)], layer, "layer", "layer")
     return _features(content, layer, layer, "GeoPackage", "GPKG", _system(content, layer), selection)
 
 
@@ -192,13 +192,3 @@ def _features(
     notes = (NO_HEIGHTS,) if "Z" in str(meta["geometry_type"]).upper().split() else ()
     found = selection.converted(bare, with_geometry)
     return FeatureCollection(found, notes, system=system, degrees=is_geographic(system))
-
-
-def _chosen(layer: str | None, layers: list[str]) -> str:
-    """The layer to read: the one asked for, or the only one."""
-    if layer is None and len(layers) != 1:
-        choice = f"choose one by layer: {', '.join(layers)}" if layers else "give one with a layer"
-        raise CaseError(f"it has {len(layers)} layers: {choice}")
-    if layer is not None and layer not in layers:
-        raise CaseError(f"it has no layer {layer!r}: {meant(layer, layers)}")
-    return layers[0] if layer is None else layer

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from bubblemesh.errors import CaseError
-from bubblemesh.messages import meant
+from bubblemesh.messages import meant, shown
 from bubblemesh.records import record
 
 if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
@@ -26,6 +26,7 @@ METRES: dict[Unit, float] = {
     "mil": 2.54e-5,
 }
 MOST_VALUES = 20  # of a property that one message lists
+LONGEST_LIST = 200  # letters of names in a message
 
 
 @record
@@ -89,3 +90,16 @@ def _with_property(features: "Sequence[Feature]", key: str, value: Any) -> "list
         there = list(dict.fromkeys(map(str, values)))
         raise CaseError(f"no feature has {key}: {value}: {meant(str(value), there[:MOST_VALUES])}")
     return found
+
+
+def one_of(known: Sequence[str], name: str | None, noun: str, key: str = "name") -> str:
+    """The layer, grid or the like of a file that is asked for, or the only one.
+
+    CaseError with those that there are, if none is asked for by the ``key`` and there are several, or if it is unknown.
+    """
+    if name is None and len(known) != 1:
+        names = shown(", ".join(known) or "none", LONGEST_LIST)
+        raise CaseError(f"has {len(known)} {noun}s ({names}): choose one by {key}")
+    if name is not None and name not in known:
+        raise CaseError(f"has no {noun} {name!r}: {meant(name, known) if known else 'it has none'}")
+    return known[0] if name is None else name

@@ -170,9 +170,9 @@ class TestReadGridded:
     def test_names_choose_among_several(self, tmp_path):
         np.savez(tmp_path / "a.npz", d=np.ones((2, 2)), e=np.zeros((2, 2)))
         assert read_gridded(tmp_path / "a.npz", "e").values.max() == 0
-        with pytest.raises(CaseError, match=r"has 2 arrays \(d, e\): give the name of one"):
+        with pytest.raises(CaseError, match=r"has 2 arrays \(d, e\): choose one by name"):
             read_gridded(tmp_path / "a.npz", None)
-        with pytest.raises(CaseError, match=r"has no array 'f': it has d, e"):
+        with pytest.raises(CaseError, match=r"has no array 'f': allowed: d, e"):
             read_gridded(tmp_path / "a.npz", "f")
 
     @pytest.mark.parametrize("array", [np.array(["a"]), np.ones(2, complex), np.ones(2, bool)])

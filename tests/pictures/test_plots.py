@@ -306,7 +306,10 @@ def test_a_view_shows_its_part_of_the_mesh_only(mesh):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"color": "qualty"}, "unknown quantity 'qualty'; did you mean 'quality'.* known: quality, .*count, height, flow"),
+        (
+            {"color": "qualty"},
+            "unknown quantity 'qualty'; did you mean 'quality'.* known: .*count, height, flow",
+        ),
         ({"color": "spacing"}, "no target_spacing"),
         ({"colormap": "virdis"}, "'virdis' is unknown: did you mean 'viridis'"),
         ({"style": "papr"}, "did you mean 'paper'"),

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.files import opened, read_bytes
-from bubblemesh.messages import LONGEST_REASON, cause, meant, shown
+from bubblemesh.messages import LONGEST_REASON, cause, shown
 from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.grids.netcdf import Variable, netcdf
+from bubblemesh.readers.selection import one_of
 from bubblemesh.readers.tables import read_columns
 
 MOST_PIXELS = 4_000_000  # that are kept of a grid
@@ -144,7 +145,7 @@ def _slice(first: int, last: int, step: int) -> slice:
 def _read_netcdf(path: Path, name: str | None, box: Box | None) -> Grid:
     with netcdf(path) as variables:
         known = [key for key, each in variables.items() if len(each.shape) >= 2 and each.kind in "iuf"]
-        chosen = _one_of(known, name)
+        chosen = one_of(known, name, "grid")
         variable = variables[chosen]
         places = [_coordinates(variables, chosen, each) for each in variable.dimensions[-2:]]
         turned = variable.dimensions[-2].lower().startswith(ACROSS)
@@ -180,15 +181,6 @@ def _coordinates(variables: Mapping[str, Variable], name: str, dimension: str) -
             f"{name} has no coordinates for its dimension {dimension!r}: write them as a variable of that name"
         )
     return found.numbers()
-
-
-def _one_of(known: list[str], name: str | None) -> str:
-    """The grid that is asked for, or the only one."""
-    if name is None and len(known) != 1:
-        raise CaseError(f"has {len(known)} grids ({shown(', '.join(known) or 'none', 200)}): give the name of one")
-    if name is not None and name not in known:
-        raise CaseError(f"has no grid {name!r}: {meant(name, known) if known else 'it has none'}")
-    return known[0] if name is None else name
 
 
 @contextmanager
@@ -259,7 +251,7 @@ def _band(data: Any, name: str | None, stem: str) -> tuple[int, str]:
     elif len(bands) == 1:
         (number,), called = bands.values(), stem if name is None else name
     else:
-        called = _one_of([*bands], name)
+        called = one_of([*bands], name, "grid")
         number = bands[called]
     kind = data.dtypes[number - 1]
     if kind.startswith("complex"):

@@ -18,6 +18,7 @@ from bubblemesh.errors import BubblemeshError, CaseError, FileError, LimitError
 from bubblemesh.files import opened
 from bubblemesh.messages import cause
 from bubblemesh.process.shared import warnings_are
+from bubblemesh.readers.selection import one_of
 
 COORDINATES = ("x", "y")
 NUMBERS = "iuf"  # kinds of arrays
@@ -65,15 +66,8 @@ def read_gridded(path: Path, name: str | None) -> Gridded:
 
 
 def _named(arrays: list[str], name: str | None) -> str:
-    """The name of one of the arrays of a file: the given one, or that of the only one."""
-    known = [key for key in arrays if key not in COORDINATES]
-    if name is None and len(known) != 1:
-        listed = f" ({', '.join(known)})" if known else ""
-        raise CaseError(f"has {len(known)} arrays{listed}: give the name of one")
-    chosen = known[0] if name is None else name
-    if chosen not in arrays:
-        raise CaseError(f"has no array {chosen!r}: it has {', '.join(arrays) or 'none'}")
-    return chosen
+    """The name of one of the arrays of a file: the given one, or that of the only one beside coordinates."""
+    return name if name in arrays else one_of([key for key in arrays if key not in COORDINATES], name, "array")
 
 
 @contextmanager

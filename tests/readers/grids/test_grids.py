@@ -217,7 +217,7 @@ def test_one_of_several_grids_is_named(tmp_path):
 def test_one_of_several_bands_of_a_geotiff_is_named(tmp_path):
     rasterio = pytest.importorskip("rasterio")
     geotiff(tmp_path / "a.tif", np.stack([Z[::-1] - 1000, Z[::-1], Z[::-1]]), count=3)
-    with pytest.raises(CaseError, match=r"has 3 grids \(band_1, band_2, band_3\): give the name of one"):
+    with pytest.raises(CaseError, match=r"has 3 grids \(band_1, band_2, band_3\): choose one by name"):
         read_grid(tmp_path / "a.tif", None, BOX)
     with rasterio.open(tmp_path / "a.tif", "r+") as file:
         file.descriptions = ("error", "depth", None)
