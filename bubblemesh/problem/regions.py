@@ -18,6 +18,15 @@ USUAL = 0.75  # of the largest area: mean one of triangles few of which are larg
 OwnValues = Mapping[str, tuple[Value, Key]]  # of regions, by their names
 
 
+def own_values(case: Case, domain: Domain) -> OwnValues:
+    """The regions' own values in a case, with their keys."""
+    return {
+        region.name: (value, Key([*region.key, "spacing"]))
+        for region in domain.parts.regions
+        if (value := case.domain.regions[int(region.key[2])].spacing) is not None
+    }
+
+
 def with_regions(rest: Spacing, domain: Domain, own: OwnValues, rasters: Rasters) -> Spacing:
     """A spacing, with those of the regions that have one of their own in its place."""
     made: dict[Value, Spacing] = {}
@@ -31,10 +40,10 @@ def with_regions(rest: Spacing, domain: Domain, own: OwnValues, rasters: Rasters
 def region_limits(regions: Mapping[str, Value], domain: Domain, rasters: Rasters) -> Iterator[Spacing]:
     """Limits of the spacing in regions, as one spacing, if there are any."""
     limits = {name: (value, Key(["spacing", "regions", name])) for name, value in regions.items()}
-    return _limits_within(limits, domain, rasters)
+    return limits_within(limits, domain, rasters)
 
 
-def _limits_within(largest: Mapping[str, tuple[Value, Key]], domain: Domain, rasters: Rasters) -> Iterator[Spacing]:
+def limits_within(largest: Mapping[str, tuple[Value, Key]], domain: Domain, rasters: Rasters) -> Iterator[Spacing]:
     """The largest spacings within regions, by name with their keys, as one spacing, if there are any."""
     regions, rest = domain.parts.regions, domain.parts.rest
     known = list(dict.fromkeys([*(region.name for region in regions), rest]))
@@ -69,7 +78,7 @@ def area_limits(domain: Domain, largest: float | None, within: Mapping[str, floa
     """Spacings at which hardly a triangle is larger than ``largest``, or within regions larger than there, by name."""
     limits = [] if largest is None else [bound_value(_side(largest), domain, "largest", rasters={})]
     areas = {name: (_side(area), Key(["domain", "regions", name, "largest"])) for name, area in within.items()}
-    return [*limits, *_limits_within(areas, domain, {})]
+    return [*limits, *limits_within(areas, domain, {})]
 
 
 def _side(area: float) -> float:

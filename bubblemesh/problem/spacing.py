@@ -25,7 +25,15 @@ from bubblemesh.problem.crs import (
 from bubblemesh.problem.depth import depth_spacings, node_depth, not_below_courant
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.near import near_spacings, near_spots
-from bubblemesh.problem.regions import OwnValues, area_limits, largest_areas, region_limits, with_regions
+from bubblemesh.problem.regions import (
+    OwnValues,
+    area_limits,
+    largest_areas,
+    limits_within,
+    own_values,
+    region_limits,
+    with_regions,
+)
 from bubblemesh.problem.scale import SpacingAtScale, below, within_limits
 from bubblemesh.problem.values import bound_value, named_rasters, values_of
 from bubblemesh.records import record
@@ -58,11 +66,7 @@ class SpacingRequest:
 
 def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
     """The spacing request of a case; errors as of `spacing_request`."""
-    own = {
-        region.name: (value, Key([*region.key, "spacing"]))
-        for region in domain.parts.regions
-        if (value := case.domain.regions[int(region.key[2])].spacing) is not None
-    }
+    own = own_values(case, domain)
     with own_files(case.spacing_terms, case.root):
         request = spacing_request(case.spacing, domain, own, case.output.node_depth, values_of(several(case.metric)))
     request = with_areas_below(request, domain, case.largest, largest_areas(case, domain))
@@ -75,32 +79,36 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
 def held_request(case: Case, domain: Domain, at: SpacingAtScale) -> SpacingRequest:
     """Spacing request with a given spacing in place of the case's own; errors as of `case_spacing`.
 
-    Of the case, these still apply: its rules, limits in regions and of areas, the Courant number, and the depth to
-    write.
+    Of the case, these still apply: its rules, the spacings of regions as limits from above, limits of areas, the
+    Courant number, and the depth to write. Spacings of regions that go with a number of nodes do not; a warning tells.
     """
-    terms, depth = case.spacing_terms, case.output.node_depth
+    terms, depth, own = case.spacing_terms, case.output.node_depth, own_values(case, domain)
     with own_files(terms, case.root):
-        rasters, told = named_rasters(terms, domain, [depth.of])
+        rasters, told = named_rasters(terms, domain, [depth.of, *(value for value, _ in own.values())])
         deep = node_depth(terms, domain, rasters, depth)
-        held = _held(at, terms, domain, rasters)
-    if terms.regions and terms.nodes is not None:
-        told = (*told, "spacing.regions: does not hold, since with spacing.nodes its values are no lengths")
+        held = _held(at, terms, own, domain, rasters)
+    if terms.nodes is not None:
+        keys = (*(["spacing.regions"] if terms.regions else []), *(key for _, key in own.values()))
+        told = (*told, *(f"{key}: does not hold, since with spacing.nodes its values are no lengths" for key in keys))
     told = (*case.warnings, *told)
     request = SpacingRequest(held, rules_of(terms), terms.nodes, told, depth=deep, rasters=rasters)
     return with_areas_below(request, domain, case.largest, largest_areas(case, domain))
 
 
-def _held(at: SpacingAtScale, terms: SpacingTerms, domain: Domain, rasters: Rasters) -> SpacingAtScale:
-    """A spacing in the plane, within limits of regions, which do not go with its scale, and of the Courant number."""
-    regions = terms.regions if terms.nodes is None else {}
-    if not regions and terms.courant is None:
+def _held(at: SpacingAtScale, terms: SpacingTerms, own: OwnValues, domain: Domain, rasters: Rasters) -> SpacingAtScale:
+    """A spacing in the plane, within limits of regions, which do not go with its scale, and of the Courant number.
+
+    The regions' own values are such limits too.
+    """
+    lengths = terms.nodes is None and bool(terms.regions or own)
+    if not lengths and terms.courant is None:
         return at
     plane = domain.plane
     if plane is not None:
         at = on_the_ground(at, plane, -1)
-    if regions:
-        limits = within_limits(terms, tuple(region_limits(regions, domain, rasters)), NO_SPOTS, terms.scale)
-        at = below(at, [limits(None)])
+    if lengths:
+        regions = *region_limits(terms.regions, domain, rasters), *limits_within(own, domain, rasters)
+        at = below(at, [within_limits(terms, regions, NO_SPOTS, terms.scale)(None)])
     at = not_below_courant(at, terms, domain, rasters)
     return at if plane is None else on_the_ground(at, plane)
 

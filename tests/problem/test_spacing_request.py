@@ -10,8 +10,9 @@ from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.python.spacing import spacing_of
-from bubblemesh.problem.spacing import case_spacing
+from bubblemesh.problem.spacing import case_spacing, held_request
 from bubblemesh.run.estimate import estimate
+from bubblemesh.spacing.spacing import Spacing
 
 DOMAIN = """
 parameters: {h: 0.1}
@@ -160,6 +161,24 @@ def test_unknown_names_are_told_with_their_key_and_the_known_ones(spacing, messa
 def test_unknown_names_in_the_spacing_of_a_region_are_told_with_their_key():
     with pytest.raises(CaseError, match=r"^domain.regions.1.spacing: column 1: unknown label 'x'"):
         requested("1", ", spacing: \"distance('x')\"")
+
+
+@pytest.mark.parametrize(
+    ("spacing", "size", "told"),
+    [
+        ("0.15", np.where(SEED, 0.05, 9.0), []),
+        (
+            "{value: 0.15, nodes: 400}",
+            np.full(X.shape, 9.0),
+            ["domain.regions.1.spacing: does not hold, since with spacing.nodes its values are no lengths"],
+        ),
+    ],
+)
+def test_beside_another_spacing_that_of_a_region_is_a_limit_unless_it_is_scaled(spacing, size, told):
+    case = load_case("plate.yaml", text=f"{DOMAIN.replace('OWN', ', spacing: 0.05')}spacing: {spacing}\n")
+    request = held_request(case, BOUND, lambda scale: Spacing(lambda x, y: np.full(np.shape(x), 9.0)))
+    np.testing.assert_array_equal(request.at(None)(POINTS), size)
+    assert list(request.warnings) == told
 
 
 def test_a_region_without_any_limit_is_named_by_a_point():
