@@ -1,5 +1,6 @@
 """From a case and a solution on its mesh to the next mesh: sizes by the estimated error, the present nodes as start."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -31,7 +32,7 @@ from bubblemesh.problem.node_target import out_of_reach
 from bubblemesh.problem.prepare import NODES, near_target, prepare_for
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.scale import within_limits
-from bubblemesh.problem.spacing import held_request
+from bubblemesh.problem.spacing import SpacingRequest, held_request
 from bubblemesh.problem.task import task_of
 from bubblemesh.process.limits import timed
 from bubblemesh.records import record
@@ -77,6 +78,11 @@ class Target:
     def called(self, argument: str) -> str:
         """Name of an argument in messages."""
         return f"{self.mark}{argument}"
+
+    def instead_of(self, before: int, terms: SpacingTerms) -> Callable[[int], str] | None:
+        """Warning of a number of nodes in place of those before; None if it or the case's terms say how far to go."""
+        said = self.error is not None or self.nodes is not None or terms.nodes is not None
+        return None if said else partial(_other_number, before, self.called("nodes"))
 
     @property
     def figures(self) -> dict[str, float | None]:
@@ -153,7 +159,8 @@ def _next_problem(
     at = within_limits(terms, (Spacing(field),), field.spots)
     request = held_request(case, domain, at)
     rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
-    request, task = replace(request, rules=rules, nodes=nodes), task_of(case, domain)
+    request = replace(request, rules=rules, nodes=nodes, nearest=target.instead_of(len(solution.points), terms))
+    task = task_of(case, domain)
     inner = others(len(solution.points), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
     share = present.share_of_own_size(domain, at(None))
@@ -185,7 +192,8 @@ def _next_in_metric(
             )
     if terms.courant is not None:
         told.append("spacing.courant: does not hold for ellipses: give spacing.minimum")
-    sizes = terms.minimum or FINEST * domain.size, terms.maximum or COARSEST * domain.size
+    coarsest = terms.maximum or max(COARSEST * domain.size, terms.minimum or 0.0)
+    sizes = terms.minimum or min(FINEST * domain.size, coarsest), coarsest
     part = _parts(domain, solution)
     mesh = (points, triangles) if part is None else split_nodes(points, triangles, part)
     values = solution.values if part is None else _split_values(solution, mesh[1])
@@ -194,6 +202,7 @@ def _next_in_metric(
     coarse, aim = Spacing(partial(_everywhere, sizes[1])), nodes
     task, held = task_of(case, domain), held_request(case, domain, lambda scale: coarse)
     held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *told))
+    held = replace(held, nearest=target.instead_of(len(points), terms))
     growth = terms.growth or GROWTH_IN_METRIC
     for _ in range(ATTEMPTS):
         tensors = scaled_for(*mesh, best, aim, sizes, MOST_ASPECT)
@@ -206,13 +215,34 @@ def _next_in_metric(
         if abs(problem.expected_nodes / nodes - 1) < CLOSE:
             break
         aim *= nodes / problem.expected_nodes
-    enough = target.error is not None and problem.expected_nodes > nodes  # the coarsest mesh has less of an error
-    if abs(problem.expected_nodes / nodes - 1) > MISSED and not enough:
-        with at_key(*_key(target, terms)):
-            raise out_of_reach(nodes, problem.expected_nodes)
-    if target.error is None:  # what is made is counted too
-        problem = near_target(problem, request, round(nodes), _key(target, terms))
-    return problem, {"unchanged": 0.0, "start": "method", "anisotropic": True}
+    return _aimed(problem, request, nodes, target, terms), {"unchanged": 0.0, "start": "method", "anisotropic": True}
+
+
+def _aimed(problem: Problem, request: SpacingRequest, nodes: float, target: Target, terms: SpacingTerms) -> Problem:
+    """A problem in a metric, with the number of nodes as its target if that is what is asked for.
+
+    A number that cannot be had is an error, but for the default, in place of which the nearest one will do.
+    """
+    expected, key = problem.expected_nodes, _key(target, terms)
+    missed = abs(expected / nodes - 1) > MISSED
+    if target.error is not None and (expected > nodes or not missed):  # the coarsest mesh has less of an error
+        return problem
+    if missed and request.nearest is None:
+        with at_key(*key):
+            raise out_of_reach(nodes, expected)
+    # What is made is counted too.
+    return near_target(problem, request, round(expected if missed else nodes), key, instead=missed)
+
+
+def _other_number(before: int, argument: str, found: int) -> str:
+    """Warning of about as many nodes as are found, in place of those before; the ``argument`` asks for a number."""
+    same = f"as many nodes as the mesh of the solution has, {before}, are"
+    if found < before:
+        return f"{same} more than the limits of the case allow: the new mesh gets about {found}"
+    return (
+        f"{same} too few: the boundary and the other keys of the spacing take about {found}, and leave next to none "
+        f"for the solution: ask for more by {argument}"
+    )
 
 
 def _key(target: Target, terms: SpacingTerms) -> Key:

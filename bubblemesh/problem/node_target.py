@@ -17,6 +17,7 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
 
 TOLERANCE = 5e-3  # of the target
+CLOSE = 0.01  # to a target, in terms of it: what is farther off is another number
 MOST_TRIALS = 15
 MOST_STEP = np.log(8.0)  # of the rough number, from one trial to the next
 FLATTEST = 0.1  # slope of the true over the rough number
@@ -73,9 +74,12 @@ class ScaleSearch:
     task: Task
     seconds: dict[str, float]  # taken before
     key: Key  # of the target in the case
+    nearest: Callable[[int], str] | None = None  # if the nearest number will do, the warning of another one
+    told: tuple[str, ...] = ()  # warnings of each problem
 
     def problem(self, expected: float, start: float | None = None) -> Problem:
         """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be."""
+        exact = start is None and self.nearest is None
         spent = replace(self.task, max_nodes=max(FEW, TIMES_TOO_MANY * self.nodes))
         time = dict(self.seconds)
 
@@ -87,7 +91,9 @@ class ScaleSearch:
             return problem.expected_nodes, problem
 
         with timed(time, "spacing"):
-            scale, problem = scaled_to(expected, self.scales, at, start, self.key if start is None else None)
+            scale, problem = scaled_to(expected, self.scales, at, start, self.key if exact else None)
+        if problem is None and self.nearest is not None:
+            problem = self.check(self.task, time, scale)  # which has more than were to be counted
         if problem is None:
             with at_key(*self.key):
                 raise out_of_reach(expected, np.inf)
@@ -95,7 +101,12 @@ class ScaleSearch:
 
     def of(self, problem: Problem, scale: float) -> Problem:
         """The problem at a scale, which is made anew at others where its mesh misses the target."""
-        return replace(problem, node_target=NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self))
+        target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self)
+        return replace(problem, node_target=target, warnings=(*problem.warnings, *self.told))
+
+    def instead(self, nodes: int) -> "ScaleSearch":
+        """The search for another number, of which the user is told."""
+        return self if self.nearest is None else replace(self, nodes=nodes, told=(self.nearest(nodes),))
 
 
 @record
@@ -113,14 +124,32 @@ class NodeTarget:
 
 
 def fit_node_target(search: ScaleSearch) -> Problem:
-    """Make the problem in which the target is expected; a CaseError or LimitError says that no scale does it."""
+    """Make the problem in which the target is expected; a CaseError or LimitError says that no scale does it.
+
+    If the nearest number will do, that is the target from then on.
+    """
     nodes, limit = search.nodes, search.task.max_nodes
+    if search.nearest is not None:
+        return _nearest(search)
     if nodes > limit:
         raise LimitError(
             f"{node_limit()}: {search.key} asks for {nodes}, more than the limit of {limit}: ask for "
             "fewer or raise the limit"
         )
     return search.problem(nodes)
+
+
+def _nearest(search: ScaleSearch) -> Problem:
+    """Make the problem in which the target is expected, or the nearest number; a LimitError if that is too much."""
+    limit = search.task.max_nodes
+    problem = search.problem(min(search.nodes, limit))
+    expected, found = problem.expected_nodes, problem.node_target
+    if found is None or abs(expected - search.nodes) <= CLOSE * search.nodes:
+        return problem
+    if expected > (1 + CLOSE) * limit:
+        with at_key(node_limit()):
+            raise out_of_reach(limit, expected)
+    return search.instead(round(expected)).of(problem, found.scale)
 
 
 def correct(problem: Problem, target: NodeTarget, found: Sequence[tuple[float, int]]) -> Problem:

@@ -17,7 +17,7 @@ from bubblemesh.problem.crs import require_one_unit
 from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
-from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target
+from bubblemesh.problem.node_target import CLOSE, Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.possible import require_possible
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.slivers import open_gaps
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from bubblemesh.problem.metric_spacing import InMetric
 
 NODES = Key(["spacing", "nodes"])
-CLOSE = 0.01  # to a requested number of nodes
 
 
 def prepare(case: Case) -> Problem:
@@ -85,9 +84,13 @@ def _fitted(
     return fit_node_target(_search(domain, request, nodes, task, seconds, key))
 
 
-def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key) -> Problem:
-    """A problem of a spacing request in which about so many nodes are expected, with their number as its target."""
-    return _search(problem.domain, request, nodes, problem.task, problem.seconds, key).of(problem, 1.0)
+def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key, *, instead: bool = False) -> Problem:
+    """A problem of a spacing request in which about so many nodes are expected, with their number as its target.
+
+    If that is the nearest one, ``instead`` of what was asked for, there is a warning.
+    """
+    search = _search(problem.domain, request, nodes, problem.task, problem.seconds, key)
+    return (search.instead(nodes) if instead else search).of(problem, 1.0)
 
 
 def _search(
@@ -96,7 +99,8 @@ def _search(
     def check(limited: Task, time: dict[str, float], scale: float) -> Problem:
         return check_spacing(domain, request, limited, time, scale)
 
-    return ScaleSearch(nodes, Scales.of(domain, partial(_before_rules, request)), check, task, dict(seconds), key)
+    scales = Scales.of(domain, partial(_before_rules, request))
+    return ScaleSearch(nodes, scales, check, task, dict(seconds), key, request.nearest)
 
 
 def _before_rules(request: SpacingRequest, scale: float | None) -> Spacing:

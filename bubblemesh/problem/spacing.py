@@ -1,6 +1,6 @@
 """The spacing request: the terms of a case's spacing, bound to its domain."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,6 +62,7 @@ class SpacingRequest:
     metrics: "tuple[MetricRequest, ...]" = ()  # below the spacing
     depth: NodeDepth | None = None  # that the mesh is written with
     rasters: Rasters = field(default_factory=dict)  # that expressions may name
+    nearest: Callable[[int], str] | None = None  # if the nearest number of nodes will do, the warning of another one
 
 
 def case_spacing(case: Case, domain: Domain) -> SpacingRequest:

@@ -1,6 +1,7 @@
 """Meshes that follow a solution: the loop with a solver, what is kept, what is refused, and the page that shows it."""
 
 import json
+import re
 
 import meshio
 import numpy as np
@@ -197,6 +198,7 @@ HALVES = """
 domain: {outer: {rectangle: [0, 0, 2, 1]}, regions: [{name: left, ring: {rectangle: [0, 0, 1, 1]}}]}
 spacing: {value: 0.15, regions: {left: 0.05}}
 """
+SQUARE = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.2\n"
 SEA = """
 domain: {outer: {rectangle: [0, 0, 2, 1]}}
 spacing: {value: 0.15, courant: {depth: 10 + x, dt: 0.01, largest: 1}}
@@ -253,6 +255,37 @@ def test_the_depth_is_that_of_the_output(plate):
 def test_a_smallest_angle_is_refused_in_words_that_fit_without_a_metric_in_the_case(plate):
     with pytest.raises(CaseError, match=r"angle_min: .*no fault: leave it out$"):
         bubblemesh.adapt(case_of(PLATE + "angle_min: 20\n"), bump(plate), nodes=200, anisotropic=True)
+
+
+@pytest.mark.parametrize("anisotropic", [False, True])
+@pytest.mark.parametrize(
+    ("spacing", "fewest", "most", "told"),
+    [
+        ("{maximum: 0.14}", 60, 100, " nodes .* 43, are too few: .* take about .* ask for more by nodes"),
+        (
+            "{value: 1, minimum: 0.4}",
+            9,
+            16,
+            " nodes .* 43, are more than the limits of the case allow: .* about 1",
+        ),
+    ],
+)
+def test_as_many_nodes_as_before_are_the_nearest_number_that_can_be_had(spacing, fewest, most, told, anisotropic):
+    _, solution = flat(SQUARE)
+    assert len(solution.points) == 43
+    case = case_of(SQUARE, f"spacing={spacing}")
+    report = bubblemesh.adapt(case, solution, anisotropic=anisotropic).report
+    assert fewest <= report["nodes"] <= most
+    assert [bool(re.search(told, warning)) for warning in report["warnings"]].count(True) == 1
+    with pytest.raises((CaseError, LimitError), match=r"^nodes: 43 nodes are"):
+        bubblemesh.adapt(case, solution, nodes=43, anisotropic=anisotropic)
+
+
+def test_as_many_nodes_as_before_are_no_more_than_the_limit():
+    _, solution = flat(SQUARE)
+    report = bubblemesh.adapt(case_of(SQUARE, "limits.max_nodes=30"), solution).report
+    assert report["nodes"] in (29, 30, 31)
+    assert "43, are more than the limits of the case allow: the new mesh gets about 30" in report["warnings"][0]
 
 
 def test_the_exact_solution_tells_the_effectivity(plate):

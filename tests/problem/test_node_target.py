@@ -18,7 +18,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, Key, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.node_target import Scales, ScaleSearch, next_aim, scaled_to
+from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target, next_aim, scaled_to
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Task
 from bubblemesh.process.limits import timed
@@ -277,6 +277,20 @@ class TestSearch:
         search = ScaleSearch(1000, scales, check, Task("a", "multilevel", None, 10**6, None, {}), {}, Key(["nodes"]))
         with pytest.raises(LimitError, match=r"nodes: 1000 nodes are too few: .* need far more"):
             search.problem(1000.0, start)
+
+    def test_if_the_nearest_will_do_only_the_limit_counts(self):
+        given = prepare(load_case("-", text=BARE["1"]))
+
+        def check(task, seconds, scale):
+            if task.max_nodes < 5e5:
+                raise LimitError("too many")
+            return replace(given, task=task, expected_nodes=5e5)
+
+        search = ScaleSearch(1000, self.scales, check, replace(given.task, max_nodes=10**6), {}, Key(["nodes"]), str)
+        found = fit_node_target(search)
+        assert (found.node_target.nodes, found.warnings) == (500_000, (*given.warnings, "500000"))
+        with pytest.raises(LimitError, match="too many"):
+            fit_node_target(replace(search, task=replace(search.task, max_nodes=400_000)))
 
     def test_of_all_problems_only_the_best_is_kept(self):
         alive = []
