@@ -328,6 +328,7 @@ def test_figures_of_an_adaptation_are_plain_numbers(plate, values):
         ({"nodes": 400.5}, r"^nodes: must be a whole number of at least 3 \(found 400.5\)"),
         ({"field": "u"}, "field: names data of a file"),
         ({"exact": "x +"}, "^exact: "),
+        ({"exact": "1e400"}, r"^exact: the exact solution has no gradient at "),
         ({"exact": 3}, r"^exact: must be an expression in x and y \(found 3\)"),
     ],
 )
