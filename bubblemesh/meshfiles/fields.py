@@ -9,10 +9,12 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.meshfiles.coincident import joined
+from bubblemesh.meshfiles.groups import KEPT
 from bubblemesh.meshfiles.read import CORNERS, LINEAR, REAL, MeshFile, digits, read_triangles
 
 MMG = (".mesh", ".meshb")  # endings of files with data beside them
 NO_SOL = ": it has to be in a .sol file of the same name beside it"
+AVERAGE = "write values at the nodes, as the means of the cells around each"
 HIGHER_ORDER = "has cells of higher order: the estimate is that of linear triangles with the values at the corners"
 # Parts that cover faces of any kind: all data at nodes counts.
 PARTS = {
@@ -102,14 +104,15 @@ def nodal_field(file: MeshFile, name: str | None, chosen_by: str) -> NodalField:
     known = own_names(data)
     listed = ", ".join(known) or "none"
     if not known and name is None:
+        of_cells = own_names(file.source.cell_data)
+        if of_cells:
+            raise CaseError(f"{path}: has no data at its nodes, but of its cells ({', '.join(of_cells)}): {AVERAGE}")
         raise CaseError(f"{path}: has no data at its nodes{NO_SOL if path.suffix.lower() in MMG else ''}")
     if name is None and len(known) != 1:
         raise CaseError(f"{path}: has data of {len(known)} names at its nodes ({listed}): choose one by {chosen_by}")
     name = known[0] if name is None else name
     if name in file.source.cell_data:
-        raise CaseError(
-            f"{path}: {name} is data of the cells: the estimate needs values at the nodes (there: {listed})"
-        )
+        raise CaseError(f"{path}: {name} is data of the cells (at the nodes: {listed}): {AVERAGE}")
     if name not in data:
         raise CaseError(f"{path}: has no data {name!r} at its nodes: it has {listed}")
     values = _real(path, name, data[name])
@@ -123,7 +126,7 @@ def nodal_field(file: MeshFile, name: str | None, chosen_by: str) -> NodalField:
 
 def own_names(data: Iterable[str]) -> list[str]:
     """Names of data but those of numbers that a format or its writer keeps, as gmsh:physical and vtkGhostType."""
-    return [name for name in data if ":" not in name and not name.startswith("vtk")]
+    return [name for name in data if name not in KEPT and ":" not in name and not name.startswith("vtk")]
 
 
 def _real(path: Path, name: str, data: Any) -> Floats:

@@ -174,6 +174,9 @@ def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:
 
 # What the readers of meshio and the writers of this package call the numbers of groups.
 TAGS = ("gmsh:physical", "medit:ref", "su2:tag", "cell_tags", "material", "label")
+POINT_TAGS = ("point_tags", "node_groups")  # the same of nodes: those of MED, of SfePy
+# Names under which formats, solvers and writers of this package keep numbers of groups and parts among the data.
+KEPT = {*TAGS, *POINT_TAGS, "mat_id", "attribute", "Label", PARTITION, NODE_OWNER, GLOBAL_NODE, GLOBAL_CELL}
 DIMENSIONS = {"point": 0, "label": 1, "region": 2}
 
 

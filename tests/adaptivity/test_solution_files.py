@@ -7,7 +7,7 @@ import pytest
 from bubblemesh.adaptivity.solution import Solution
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshfiles.fields import HIGHER_ORDER, read_nodal_field
+from bubblemesh.meshfiles.fields import AVERAGE, HIGHER_ORDER, read_nodal_field
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 0]])
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -39,7 +39,7 @@ def test_the_only_data_needs_no_name(tmp_path):
     [
         ("v", "has no data 'v' at its nodes: it has u, flow, count"),
         (None, "has data of 3 names at its nodes (u, flow, count): choose one by --field"),
-        ("c", "c is data of the cells: the estimate needs values at the nodes (there: u, flow, count)"),
+        ("c", f"c is data of the cells (at the nodes: u, flow, count): {AVERAGE}"),
     ],
 )
 def test_names_that_are_not_there_tell_the_known_ones(tmp_path, name, message):
@@ -47,6 +47,19 @@ def test_names_that_are_not_there_tell_the_known_ones(tmp_path, name, message):
     with pytest.raises(CaseError) as caught:
         read_nodal_field(path, name)
     assert str(caught.value) == f"{path}: {message}"
+
+
+def test_data_of_cells_alone_is_told_with_what_to_do(tmp_path):
+    path = written(tmp_path / "a.vtu", point_data={"owner": DATA["count"]}, cell_data={"c": [np.zeros(2)]})
+    with pytest.raises(CaseError, match=r"has no data at its nodes, but of its cells \(c\): write values at the nodes"):
+        read_nodal_field(path, None)
+
+
+@pytest.mark.parametrize("kept", ["point_tags", "node_groups", "owner", "GlobalNodeId", "gmsh:dim_tags"])
+def test_numbers_of_groups_and_parts_are_no_solution_unless_named(tmp_path, kept):
+    path = written(tmp_path / "a.vtu", point_data={kept: DATA["count"], "u": DATA["u"]})
+    assert read_nodal_field(path, None).name == "u"
+    assert read_nodal_field(path, kept).name == kept
 
 
 @pytest.mark.parametrize("kind", ["quad", "quad9"])
