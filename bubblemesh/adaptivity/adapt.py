@@ -31,7 +31,7 @@ from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
 from bubblemesh.problem.prepare import NODES, near_target, prepare_for
 from bubblemesh.problem.problem import Problem
-from bubblemesh.problem.scale import within_limits
+from bubblemesh.problem.scale import SpacingAtScale, within_limits
 from bubblemesh.problem.spacing import SpacingRequest, held_request
 from bubblemesh.problem.task import task_of
 from bubblemesh.process.limits import timed
@@ -157,7 +157,7 @@ def _next_problem(
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
     at = within_limits(terms, (Spacing(field),), field.spots)
-    request = held_request(case, domain, at)
+    request = _held(case, domain, at, solution)
     rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
     request = replace(request, rules=rules, nodes=nodes, nearest=target.instead_of(len(solution.points), terms))
     task = task_of(case, domain)
@@ -200,7 +200,7 @@ def _next_in_metric(
     best = best_metric(*mesh, values / solution.unit)
     case = case.model_copy(update={"method": IN_METRIC})
     coarse, aim = Spacing(partial(_everywhere, sizes[1])), nodes
-    task, held = task_of(case, domain), held_request(case, domain, lambda scale: coarse)
+    task, held = task_of(case, domain), _held(case, domain, lambda scale: coarse, solution)
     held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *told))
     held = replace(held, nearest=target.instead_of(len(points), terms))
     growth = terms.growth or GROWTH_IN_METRIC
@@ -216,6 +216,18 @@ def _next_in_metric(
             break
         aim *= nodes / problem.expected_nodes
     return _aimed(problem, request, nodes, target, terms), {"unchanged": 0.0, "start": "method", "anisotropic": True}
+
+
+def _held(case: Case, domain: Domain, at: SpacingAtScale, solution: Solution) -> SpacingRequest:
+    """The request of `held_request`, with a warning of a solution that says nothing."""
+    request = held_request(case, domain, at)
+    if not solution.constant:
+        return request
+    told = (
+        f"{solution.name} is the same at all nodes, so that nothing is known of its error: see whether it is the field "
+        "that was meant, and whether the solver has found a solution"
+    )
+    return replace(request, warnings=(*request.warnings, told))
 
 
 def _aimed(problem: Problem, request: SpacingRequest, nodes: float, target: Target, terms: SpacingTerms) -> Problem:

@@ -16,6 +16,7 @@ from bubblemesh.process.limits import enter
 from bubblemesh.records import record
 
 ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary
+ROUNDING = 16 * float(np.finfo(float).eps)  # of values, in terms of the largest one
 MISMATCH = 0.15  # area beside a boundary edge in terms of its length's square: more than under an arc of 90 degrees
 
 
@@ -43,6 +44,12 @@ class Solution:
         """Power of two near the largest value, in terms of which squares are neither huge nor tiny."""
         _, exponent = np.frexp(np.abs(self.values).max())
         return float(np.ldexp(1.0, int(exponent) - 1))
+
+    @property
+    def constant(self) -> bool:
+        """Whether each component is the same at all points, but for rounding."""
+        values = self.values / self.unit
+        return bool((np.ptp(values, axis=0) <= ROUNDING * np.abs(values).max(axis=0)).all())
 
     @classmethod
     def of(cls, points: Floats, triangles: Integers, values: Floats, name: str = "u") -> "Solution":

@@ -130,3 +130,12 @@ def test_a_solution_and_a_domain_equal_nothing_but_themselves():
     assert len({one, other, SQUARE, DISC}) == 4
     assert one != other
     assert Domain.of(rings.rectangle(0, 0, 1, 1)) != SQUARE
+
+
+@pytest.mark.parametrize(
+    ("values", "constant"),
+    [([0, 0, 0], True), ([3, 3, 3], True), ([1e16, 1e16 + 2, 1e16], True), ([1, 1 + 1e-9, 1], False)],
+)
+def test_what_is_the_same_everywhere_but_for_rounding_is_constant(values, constant):
+    corners = np.array([[0.0, 0], [1, 0], [0, 1]])
+    assert Solution.of(corners, np.array([[0, 1, 2]]), np.array(values, float)).constant is constant
