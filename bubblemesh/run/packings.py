@@ -32,13 +32,14 @@ OnShare = Callable[[float], None]
 
 @dataclass
 class Clock:
-    """A watch that ends a packing while there is time to finish it, and hands on what share of it is done."""
+    """A watch that ends a packing, or its refinement, while there is time to finish it, and hands on the share done."""
 
     limit: float | None  # seconds
     reserve: float  # seconds that what follows takes
     on_share: OnShare
     share: float = 0.0
     over: bool = False
+    refining: bool = False  # the packing is at its end, and is refined
 
     def __call__(self, share: float) -> None:
         """Note the share that is done; TimeUp if the time is over."""
@@ -55,7 +56,7 @@ class Clock:
 
     @property
     def reason(self) -> str:
-        """Why a packing ends at its limit."""
+        """Why a packing or its refinement ends at the limit."""
         return f"the time limit of {self.limit:g} s"
 
     @property
@@ -63,9 +64,11 @@ class Clock:
         """Warning on what the limit did to the mesh, if it was met."""
         if not self.over:
             return []
+        if self.refining:
+            return [f"{self.reason} ended the refinement for angle_min, largest or overconstrained: the mesh is valid"]
         return [
-            f"the time limit of {self.limit:g} s ended the packing at about {self.share:.0%}: the mesh is valid, but "
-            "less good than it could be"
+            f"{self.reason} ended the packing at about {self.share:.0%}: the mesh is valid, but less good than it "
+            "could be"
         ]
 
 
@@ -112,10 +115,13 @@ def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, kee
         return packing
     assert isinstance(packing.packed, Net)
     enter("refinement")
+    clock = packing.clock
+    clock.refining = not clock.over
     with timed(packing.seconds, "refinement"):
         demanded = Refinement(problem.packed_domain, problem.packing_spacing, problem.demands)
-        refined = demanded(packing.packed, packing.clock)
-    return replace(packing, packed=refined.net, refined=refined)
+        refined = demanded(packing.packed, clock)
+    stop_reason = clock.reason if clock.over else packing.stop_reason
+    return replace(packing, packed=refined.net, refined=refined, stop_reason=stop_reason)
 
 
 def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> PackedProblem:
@@ -140,6 +146,7 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> PackedProb
             last_end, last = perf_counter(), done if done.stop_reason is not None else None
             del done  # or its net, which takes most of the memory, stays while the next round makes its own
     assert last is not None  # the last round tells why it is
+    clock.over = last.late  # not where the time was over as the packing was finished
     return PackedProblem(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, clock, seconds)
 
 

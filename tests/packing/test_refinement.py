@@ -16,6 +16,7 @@ from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refinement
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.run import packings
 from bubblemesh.run.pipeline import mesh_case
 
 PLATE = {"rectangle": [0, 0, 2, 1], "labels": ["bottom", "right", "top", "left"]}
@@ -227,6 +228,16 @@ def test_a_limit_on_time_ends_a_refinement_that_would_take_minutes_with_or_witho
         end = error
     assert isinstance(end, LimitError)
     assert str(end).startswith("limits.seconds: ")
+
+
+def test_a_limit_on_time_that_is_met_in_the_refinement_is_told(monkeypatch):
+    monkeypatch.setattr(packings, "enter", lambda stage: monkeypatch.setattr(packings, "time_left", lambda: 0.0))
+    result = meshed(NEAR_CIRCLES, angle_min=30, limits={"seconds": 100})
+    reason = "the time limit of 100 s"
+    assert str(result.verdict) == f"limits.seconds: stopped by {reason}: the mesh is written as it was then"
+    assert (result.report["stop_reason"], result.report["finished"]) == (reason, False)
+    ended = [told for told in result.report["warnings"] if told.startswith(reason)]
+    assert ended == [f"{reason} ended the refinement for angle_min, largest or overconstrained: the mesh is valid"]
 
 
 def test_without_demands_nothing_is_done():

@@ -10,6 +10,8 @@ from invariants import check_mesh
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError, LimitError
+from bubblemesh.packing.progress import Progress
+from bubblemesh.run import packings
 from bubblemesh.run.pipeline import mesh_case
 
 REPORT = [
@@ -201,6 +203,16 @@ def test_report_of_the_rounds_is_consistent(example):
     assert report["force_evaluations"] == sum(row["force_evaluations"] for row in rows)
     seconds = dict(report["seconds"])
     assert seconds.pop("total") == pytest.approx(sum(seconds.values()))
+
+
+def test_a_packing_that_was_finished_as_the_time_was_over_is_not_told_to_be_cut_short(monkeypatch):
+    def finish_late(progress, finish=Progress.finish):
+        monkeypatch.setattr(packings, "time_left", lambda: 0.0)
+        finish(progress)
+
+    monkeypatch.setattr(Progress, "finish", finish_late)
+    result = meshed("domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.3\nlimits: {seconds: 100}\n")
+    assert (result.report["finished"], result.verdict) == (True, None)
 
 
 def test_fields_are_quality_and_target_spacing(example):
