@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import is_real
+from bubblemesh.arrays import LARGEST_NUMBER, is_real
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import meant
 from bubblemesh.records import record
@@ -22,6 +22,7 @@ BARE = "#eef3f6"  # of triangles whose colour shows nothing
 LABEL_COLOURS = ("#1f5fa8", "#d1495b", "#2e8b57", "#8e44ad", "#c9820a", "#00798c", "#7f4f24", "#4a4e69")
 REGION_COLOURS = ("#cfe0f1", "#f4c9b4", "#d3dd8e", "#f6e5ae", "#f3c3d3", "#a5d8c9", "#c8c2e4", "#dcdcdc")
 SMALLEST, LARGEST = 10, 2400  # width in millimetres, and dots per inch
+LEAST_SHARE = 1e-12  # of the sides of a view in its largest coordinate: between shorter ones are no numbers to tell
 
 
 @record
@@ -104,8 +105,8 @@ class PlotOptions:
                 raise PlotOptionError(name, f"is {found}: it has to be between {SMALLEST} and {LARGEST}")
         if self.limits is not None and not _ascending(self.limits, 1):
             raise PlotOptionError("range", "give two numbers, the first less than the second")
-        if self.view is not None and not _ascending(self.view, 2):
-            raise PlotOptionError("view", "give numbers x0 y0 x1 y1 with x0 < x1 and y0 < y1")
+        if self.view is not None:
+            _check_view(self.view)
 
 
 def plot_options(given: Mapping[str, Any]) -> PlotOptions:
@@ -115,6 +116,17 @@ def plot_options(given: Mapping[str, Any]) -> PlotOptions:
         if name not in known:
             raise CaseError(f"plot: there is no option {name!r}: {meant(name, known)}")
     return PlotOptions(**{k: v.tolist() if isinstance(v, np.ndarray | np.generic) else v for k, v in given.items()})
+
+
+def _check_view(view: Any) -> None:
+    """Refuse a part of the plane that no picture can show, by a PlotOptionError."""
+    if not _ascending(view, 2):
+        raise PlotOptionError("view", f"give x0 y0 x1 y1 with x0 < x1 and y0 < y1 (found {view!r})")
+    largest = max(map(abs, view))
+    if largest > LARGEST_NUMBER:
+        raise PlotOptionError("view", f"its numbers have to be at most {LARGEST_NUMBER:g} (found {largest:g})")
+    if min(view[2] - view[0], view[3] - view[1]) < LEAST_SHARE * largest:
+        raise PlotOptionError("view", f"its sides are too short for numbers as large as {largest:g}: show more")
 
 
 def _ascending(given: Any, pairs: int) -> bool:

@@ -316,6 +316,8 @@ def test_a_view_shows_its_part_of_the_mesh_only(mesh):
         ({"view": (9, 9, 10, 10)}, r"no triangle is there: the mesh covers \[0.333333, 3.33333\] x \[-3.14159, "),
         ({"view": (1, 0, 0, 1)}, "x0 < x1"),
         ({"view": (0, 0, np.inf, 1)}, "x0 < x1"),
+        ({"view": (1, -1, 1, -1 + 1e-300)}, "x0 < x1"),
+        ({"view": (1.9, -1.9, 1.9 + 1e-15, -1.9 + 1e-15)}, "sides are too short for numbers as large as 1.9"),
         ({"limits": (1, 1)}, "first less than the second"),
         ({"width": 5}, "width: is 5: it has to be between 10 and 2400"),
         ({"dpi": np.nan}, "dpi: is nan"),
@@ -423,7 +425,14 @@ def test_a_notebook_shows_a_small_picture_above_the_words(mesh):
 
 @pytest.mark.parametrize(
     ("zoom", "message"),
-    [("0,0,1", "give four numbers"), ("a,b,c,d", "found 'a,b,c,d'"), ("1,0,0,1", "x0 < x1"), ("nan,0,1,1", "x0 < x1")],
+    [
+        ("0,0,1", "give four numbers"),
+        ("a,b,c,d", "found 'a,b,c,d'"),
+        ("1,0,0,1", "x0 < x1"),
+        ("nan,0,1,1", "x0 < x1"),
+        ("0,-2,1e308,-1", "at most 1e+70 (found 1e+308)"),
+        ("-1e308,-2,1e308,-1", "at most 1e+70"),
+    ],
 )
 def test_a_zoom_that_is_none(zoom, message, mesh, tmp_path):
     write_file(mesh, {}, {}, tmp_path / "a.msh")
