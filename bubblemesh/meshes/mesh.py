@@ -14,7 +14,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, different_rows, unmask
 from bubblemesh.errors import CaseError, MeshWarning
 from bubblemesh.meshes.edge_nodes import without_folds
 from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_edges
-from bubblemesh.meshes.metric import measures_of
+from bubblemesh.meshes.metric import at_centroids, measures_of
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.quads import Cells, cells_of, require_pairs
 from bubblemesh.meshes.quality import Shape, shape_quality, signed_areas
@@ -217,7 +217,7 @@ class Mesh:
             triangles=triangles,
             facets=np.column_stack([self.facets[:, :2], n + facets]),
             depth=np.append(self.depth, self.depth[edges].mean(axis=1)) if len(self.depth) else self.depth,
-            metric=np.vstack([self.metric, self.metric[edges].mean(axis=1)]) if len(self.metric) else self.metric,
+            metric=np.vstack([self.metric, at_centroids(edges, self.metric)]) if len(self.metric) else self.metric,
             partition=None if self.partition is None else self.partition.with_nodes(triangles),
         )
         return result, int(kept_straight.sum())

@@ -69,9 +69,12 @@ def nodes_of_triangles(triangles: Integers, tensors: Floats, n: int) -> Floats:
     return of_logarithms(np.column_stack(means)).tensors
 
 
-def triangles_of_nodes(triangles: Integers, tensors: Floats) -> Floats:
-    """Tensors (t, 3) at the centroids of triangles, whose nodes have tensors (n, 3): their logarithms are linear."""
-    return of_logarithms(logarithms(tensors)[triangles[:, :3]].mean(axis=1)).tensors
+def at_centroids(corners: Integers, tensors: Floats) -> Floats:
+    """Tensors (k, 3) at the centroids of edges or triangles, of the tensors (n, 3) of nodes: logarithms are linear.
+
+    ``corners`` (k, 2) or (k, 3) are the nodes at the ends or corners.
+    """
+    return of_logarithms(logarithms(tensors)[corners].mean(axis=1)).tensors
 
 
 def spacing_along_edges(measures: MeasuresInMetric) -> Floats:

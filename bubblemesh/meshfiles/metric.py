@@ -8,7 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.meshes.metric import ENTRIES, nodes_of_triangles, tensors_in, triangles_of_nodes
+from bubblemesh.meshes.metric import ENTRIES, at_centroids, nodes_of_triangles, tensors_in
 from bubblemesh.meshes.tensors import area_sizes, require_positive_definite
 from bubblemesh.meshfiles.fields import MMG, NodalField, linear_triangles, nodal_field, own_names
 from bubblemesh.meshfiles.read import MeshWithData, cell_data_of
@@ -56,7 +56,7 @@ def with_metric(read: MeshWithData, name: str | None = None) -> MeshWithData:
             f"holds no metric: its triangles need the data {', '.join(ENTRIES)}, or its nodes m11, m12 and m22 as one "
             "data, those of a .mesh in the .sol beside it"
         )
-    entries = triangles_of_nodes(read.mesh.triangles, _at_nodes(read, name or names[0])).T
+    entries = at_centroids(read.mesh.triangles[:, :3], _at_nodes(read, name or names[0])).T
     return read._replace(cell_data={**read.cell_data, **dict(zip(ENTRIES, entries, strict=True))})
 
 
@@ -76,7 +76,7 @@ def metric_of(read: MeshWithData, path: Path) -> tuple[Floats, Floats] | None:
         at_nodes = _at_nodes(read, names[0])
     except CaseError:  # a tensor of another kind, as a stress
         return None
-    return triangles_of_nodes(triangles, at_nodes), at_nodes
+    return at_centroids(triangles[:, :3], at_nodes), at_nodes
 
 
 def _at_nodes(read: MeshWithData, name: str) -> Floats:

@@ -1,6 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from metrics import matrices, random_tensors
+from squares import holed_square
 
 from bubblemesh.meshes.metric import (
     ENTRIES,
@@ -55,3 +58,12 @@ def test_the_ellipse_of_a_node_is_the_mean_of_those_around_it():
     mean = np.linalg.inv(np.linalg.inv(matrices(tensors)).mean(axis=0))
     np.testing.assert_allclose(matrices(found[:1])[0], mean)
     assert np.isnan(found[4]).all()
+
+
+def test_nodes_of_second_order_have_geometric_means_of_sizes():
+    flat = holed_square(3)
+    sizes = 10.0 ** (np.arange(len(flat.points)) % 2)
+    tensors = np.column_stack([sizes**-2, 0 * sizes, sizes**-2])
+    mesh, _ = replace(flat, metric=tensors).second_order()
+    ends = sizes[mesh.triangles[:, [0, 1, 2]]] * sizes[mesh.triangles[:, [1, 2, 0]]]
+    np.testing.assert_allclose(mesh.metric[mesh.triangles[:, 3:], 0], 1 / ends)

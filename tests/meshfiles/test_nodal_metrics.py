@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from bubblemesh import load_case, mesh_case
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.metric import nodes_of_triangles, triangles_of_nodes
+from bubblemesh.meshes.metric import at_centroids, nodes_of_triangles
 from bubblemesh.meshfiles.metric import read_metric, with_metric
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.problem.prepare import prepare
@@ -43,7 +43,7 @@ def logarithm(tensors):
 def test_tensors_are_carried_over_by_the_mean_of_their_logarithms():
     tensors = random_tensors(np.random.default_rng(0), 4, 5)
     expected = expm(logarithm(tensors)[TRIANGLES[1]].mean(axis=0))
-    np.testing.assert_allclose(matrices(triangles_of_nodes(TRIANGLES, tensors))[1], expected)
+    np.testing.assert_allclose(matrices(at_centroids(TRIANGLES, tensors))[1], expected)
     found = matrices(nodes_of_triangles(TRIANGLES, tensors[:2], 4))
     np.testing.assert_allclose(found[0], expm(logarithm(tensors[:2]).mean(axis=0)))
     np.testing.assert_allclose(found[[1, 3]], matrices(tensors[:2]))
