@@ -121,7 +121,7 @@ def plot_options(given: Mapping[str, Any]) -> PlotOptions:
 def _check_view(view: Any) -> None:
     """Refuse a part of the plane that no picture can show, by a PlotOptionError."""
     if not _ascending(view, 2):
-        raise PlotOptionError("view", f"give x0 y0 x1 y1 with x0 < x1 and y0 < y1 (found {view!r})")
+        raise PlotOptionError("view", f"give numbers x0 y0 x1 y1 with x0 < x1 and y0 < y1 (found {view!r})")
     largest = max(map(abs, view))
     if largest > LARGEST_NUMBER:
         raise PlotOptionError("view", f"its numbers have to be at most {LARGEST_NUMBER:g} (found {largest:g})")
