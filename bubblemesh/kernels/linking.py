@@ -6,9 +6,9 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers, each_once
 from bubblemesh.kernels.library import library
+from bubblemesh.kernels.predicates import in_circle, turns
 
 UNCHANGED = 2  # outcome of the kernel
-TURN_ERROR, CIRCLE_ERROR = 3.3306690738754716e-16, 1.1102230246251577e-15  # of determinants: Shewchuk's bounds A
 MOST_PASSES = 100  # of flips: each is of many
 
 
@@ -106,7 +106,7 @@ def without_ties_in_numpy(triangles: Integers, x: Floats, facets: Integers) -> I
         (one, k), (two, k2) = (np.divmod(rows, 3) for rows in (side, across))
         a, b, c = (result[one, (k + turn) % 3] for turn in range(3))
         d = result[two, (k2 + 2) % 3]
-        inside = _in_circle(x, result[one, 0], result[one, 1], result[one, 2], d)
+        inside = in_circle(*(x[node] for node in (*result[one].T, d)))
         tied = (inside == 0) & (np.minimum(c, d) < np.minimum(a, b))
         if (tied & ~(_turn_left(x, a, d, c) & _turn_left(x, d, b, c))).any():
             return triangles
@@ -133,30 +133,6 @@ def _undirected(a: Integers, b: Integers, n: int) -> Integers:
 
 def _turn_left(x: Floats, a: Integers, b: Integers, c: Integers) -> Booleans:
     return np.asarray(turns(x[a], x[b], x[c]) > 0)
-
-
-def turns(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Whether a, b and c (..., 2) turn left, 1, or right, -1, for sure; else 0.
-
-    References
-    ----------
-    J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", Discrete
-    Comput. Geom. 18 (1997).
-    """
-    (ux, uy), (vx, vy) = np.moveaxis(a - c, -1, 0), np.moveaxis(b - c, -1, 0)
-    left, right = ux * vy, uy * vx
-    turn = left - right
-    return np.asarray(np.where(np.abs(turn) > TURN_ERROR * (np.abs(left) + np.abs(right)), np.sign(turn), 0.0))
-
-
-def _in_circle(x: Floats, a: Integers, b: Integers, c: Integers, d: Integers) -> Integers:
-    """Whether node d is in the circle through a, b and c (k,), 1, or outside, -1, for sure; else 0: see `turns`."""
-    (ax, ay), (bx, by), (cx, cy) = ((x[node] - x[d]).T for node in (a, b, c))
-    bc, cb, ca, ac, ab, ba = bx * cy, cx * by, cx * ay, ax * cy, ax * by, bx * ay
-    over_a, over_b, over_c = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy
-    value = over_a * (bc - cb) + over_b * (ca - ac) + over_c * (ab - ba)
-    most = (np.abs(bc) + np.abs(cb)) * over_a + (np.abs(ca) + np.abs(ac)) * over_b + (np.abs(ab) + np.abs(ba)) * over_c
-    return np.where(np.abs(value) > CIRCLE_ERROR * most, np.sign(value), 0).astype(np.int64)
 
 
 def room_of_edges(triangles: Integers) -> tuple[Integers, Integers]:

@@ -3,7 +3,8 @@
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, each_once, taken
-from bubblemesh.kernels.linking import legalised, turns
+from bubblemesh.kernels.linking import legalised
+from bubblemesh.kernels.predicates import turns
 from bubblemesh.packing.splicing import removed
 
 MOST_LOST = 100  # bubbles: of more it is faster to triangulate anew
