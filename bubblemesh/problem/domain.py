@@ -164,7 +164,7 @@ def _inner_parts(keys: InnerKeys) -> InnerParts:
 def _regions(keys: InnerKeys) -> Iterator[Region]:
     seen = {keys.region: REST}
     for number, model in enumerate(keys.regions):
-        key = Key((*DOMAIN, "regions", number))
+        key = _region_key(number)
         if isinstance(model, RegionFile):
             with about(key):
                 found = _regions_of_file(model)
@@ -175,7 +175,11 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
             seen.setdefault(model.name, number)
             with prefixed(f"region {model.name!r}"), about(key):
                 found = [replace(area, name=model.name) for area in drawn(areas_of(model.ring), model)]
-        yield from (_region(area, str(area.name), key) for area in found)
+        yield from (_region(area, str(area.name), number) for area in found)
+
+
+def _region_key(entry: int) -> Key:
+    return Key((*DOMAIN, "regions", entry))
 
 
 def _named_twice(area: Area, keys: RegionFile, is_rest: bool) -> CaseError:
@@ -203,7 +207,7 @@ def _regions_of_file(keys: RegionFile) -> list[Area]:
 def _covered(keys: RegionDomain, parts: InnerParts) -> list[Area]:
     """Areas that the regions of files cover together."""
     files = [number for number, model in enumerate(keys.regions) if isinstance(model, RegionFile)]
-    areas = [region.area for region in parts.regions if region.key[2] in files]
+    areas = [region.area for region in parts.regions if region.entry in files]
     if all(map(readers.is_straight, areas)):
         return readers.united(areas)
     return overlaid("union", [[area.mapped(_plain)] for area in areas])
@@ -214,7 +218,7 @@ def _plain(ring: Ring) -> Ring:
     return replace(ring, sides=tuple(side._replace(label=None) for side in ring.sides), notes=(), changes=())
 
 
-def _region(area: Area, name: str, key: Key) -> Region:
-    """A region, with the key of the case that gives it."""
-    rim = f"{name}-rim"  # also where a file calls the ring as the case calls the region
-    return Region(area.mapped(lambda ring: replace(ring.renamed(name, rim), key=key)), name, label=rim)
+def _region(area: Area, name: str, entry: int) -> Region:
+    """A region, with the number of the case's entry that gives it, and rings with its key."""
+    key, rim = _region_key(entry), f"{name}-rim"  # also where a file calls the ring as the case calls the region
+    return Region(area.mapped(lambda ring: replace(ring.renamed(name, rim), key=key)), name, label=rim, entry=entry)

@@ -23,7 +23,7 @@ def own_values(case: Case, domain: Domain) -> OwnValues:
     return {
         region.name: (value, Key([*region.key, "spacing"]))
         for region in domain.parts.regions
-        if (value := case.domain.regions[int(region.key[2])].spacing) is not None
+        if (value := case.domain.regions[region.entry].spacing) is not None
     }
 
 
@@ -68,7 +68,7 @@ def largest_areas(case: Case, domain: Domain) -> dict[str, float]:
     """
     areas: dict[str, float] = {}
     for region in domain.parts.regions:
-        largest = case.domain.regions[int(region.key[2])].largest or region.area.largest
+        largest = case.domain.regions[region.entry].largest or region.area.largest
         if largest is not None:
             areas[region.name] = min(largest, areas.get(region.name, np.inf))
     return areas

@@ -27,6 +27,7 @@ class Region(Uncached):
     area: Area
     name: str
     label: str
+    entry: int = 0  # number, from 0, of the case's entry that gives it: a file gives several
 
     @property
     def key(self) -> Key:
