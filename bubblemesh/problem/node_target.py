@@ -16,7 +16,8 @@ from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
 
-TOLERANCE = 5e-3  # of the target
+TOLERANCE = 5e-3  # of the target, for the number that is expected
+TOLERANCE_OF_MESHES = 0.02  # of the target, or one node if they are few
 CLOSE = 0.01  # to a target, in terms of it: what is farther off is another number
 MOST_TRIALS = 15
 MOST_STEP = np.log(8.0)  # of the rough number, from one trial to the next
@@ -117,6 +118,10 @@ class NodeTarget:
     scale: float
     rough: float  # logarithm of the rough number of nodes at that scale
     search: ScaleSearch  # that finds other scales
+
+    def is_missed_by(self, nodes: int) -> bool:
+        """Whether a mesh of so many nodes has too many or too few."""
+        return abs(nodes - self.nodes) > max(TOLERANCE_OF_MESHES * self.nodes, 1)
 
     def is_near(self, scale: float) -> bool:
         """Whether another scale would change the number, which goes with its inverse square, by next to nothing."""

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from bubblemesh.meshes.partition import Partition
     from bubblemesh.packing.demands import Demands
     from bubblemesh.packing.refinement import Refined
+    from bubblemesh.problem.node_target import NodeTarget
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
 MOST_SAMPLES = 100_000
@@ -27,7 +28,6 @@ NARROW = 0.7  # spacings: triangles across what is wider are good
 SHARPEST = 5.0  # degrees
 MOST_ANGLES = 5  # that are told one by one
 POOR_QUALITY = 0.2
-NODE_TOLERANCE = 0.02  # of a requested number of nodes
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
 COARSER = 2.0  # times the sizes that a solution asks for: what is more is told
@@ -224,13 +224,13 @@ def sharper_corners(refined: "Refined", demands: "Demands") -> list[str]:
     ]
 
 
-def missed_node_target(requested: int, found: int) -> list[str]:
-    """A number of nodes that the mesh does not have, to 2 %, or to one node if they are few."""
-    if abs(found - requested) <= max(NODE_TOLERANCE * requested, 1):
+def missed_node_target(target: "NodeTarget", found: int) -> list[str]:
+    """A number of nodes that the mesh, with as many as were ``found``, should have and misses."""
+    if not target.is_missed_by(found):
         return []
-    which = "more" if found > requested else "fewer"
+    which = "more" if found > target.nodes else "fewer"
     return [
-        f"the mesh has {found} nodes, {abs(found / requested - 1):.1%} {which} than the {requested} asked "
+        f"the mesh has {found} nodes, {abs(found / target.nodes - 1):.1%} {which} than the {target.nodes} asked "
         "for: no scale that was tried comes nearer"
     ]
 

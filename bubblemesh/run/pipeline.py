@@ -234,7 +234,7 @@ def _told(best: PackedProblem, found: Measured, done: Completed, *, adapted: boo
         *warnings.poor_result(found.figures, as_many),
         *warnings.jumps_at_layers(found.layers),
         *unsteady_ellipses(found.metric),
-        *(() if target is None else warnings.missed_node_target(target.nodes, best.nodes)),
+        *(() if target is None else warnings.missed_node_target(target, best.nodes)),
         *(
             warnings.nodes_of_layers(target.nodes, layers.own_nodes, best.scale)
             if adapted and target and layers
@@ -266,4 +266,4 @@ def _corrected(problem: Problem, target: NodeTarget, packings: Sequence[PackedPr
 
 def _misses(packing: PackedProblem, target: NodeTarget) -> bool:
     """Whether another scale may come nearer to the target."""
-    return not packing.clock.over and bool(warnings.missed_node_target(target.nodes, packing.nodes))
+    return not packing.clock.over and target.is_missed_by(packing.nodes)

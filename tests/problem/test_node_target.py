@@ -18,7 +18,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, Key, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.node_target import Scales, ScaleSearch, fit_node_target, next_aim, scaled_to
+from bubblemesh.problem.node_target import NodeTarget, Scales, ScaleSearch, fit_node_target, next_aim, scaled_to
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Task
 from bubblemesh.process.limits import timed
@@ -161,13 +161,21 @@ def test_time_of_all_attempts_is_told():
     assert seconds["other_attempts"] > seconds["placement"]
 
 
+@pytest.mark.parametrize(
+    ("target", "nodes", "missed"),
+    [(1000, 1020, False), (1000, 1021, True), (1000, 979, True), (10, 11, False), (10, 8, True)],
+)
+def test_a_target_is_missed_by_more_than_two_percent_and_one_node(target, nodes, missed):
+    assert NodeTarget(target, 1.0, 0.0, None).is_missed_by(nodes) == missed
+
+
 @pytest.mark.parametrize(("factor", "attempts"), [(1 + 1e-5, 1), (1.01, 8)])
 def test_scales_that_are_nearly_the_same_are_packed_once(factor, attempts, monkeypatch):
     def correct(problem, target, found):
         return replace(problem, node_target=replace(target, scale=problem.node_target.scale * factor))
 
     monkeypatch.setattr("bubblemesh.run.pipeline.correct", correct)
-    monkeypatch.setattr("bubblemesh.problem.warnings.missed_node_target", lambda *_: ["missed"])
+    monkeypatch.setattr(NodeTarget, "is_missed_by", lambda target, nodes: True)
     report = with_nodes(BARE["1"], 30, "packing.placement=diffusion", "packing.effort=fast")
     assert len(report["budget"]["attempts"]) == attempts
 
