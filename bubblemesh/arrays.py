@@ -157,6 +157,22 @@ def others(count: int, numbers: Integers) -> Integers:
     return np.flatnonzero(free)
 
 
+def cross(a: Floats, b: Floats) -> Floats:
+    """Cross products (...) of vectors (..., 2)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def turned_left(vectors: Floats) -> Floats:
+    """Vectors (n, 2) turned to the left by a right angle."""
+    return np.column_stack([-vectors[:, 1], vectors[:, 0]])
+
+
+def ring_area(points: Floats) -> float:
+    """Area within a ring of points (n, 2), negative where they go clockwise."""
+    x, y = (points - points[0]).T
+    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
+
+
 def each_once(numbers: Integers) -> Integers:
     """The different ones (k,) of numbers (n,), ascending: much faster than NumPy's ``unique``, which hashes them."""
     return different(np.sort(numbers))

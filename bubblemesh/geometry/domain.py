@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once, select, taken
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once, ring_area, select, taken
 from bubblemesh.errors import CaseError, GeometryError, about
 from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
@@ -357,7 +357,4 @@ def _stabbed(low: Floats, high: Floats) -> float:
 
 def _turned(ring: Ring, turn: int) -> Ring:
     """The ring turned counter-clockwise (+1) or clockwise (-1)."""
-    points = ring.outline
-    x, y = (points - points[0]).T
-    twice_area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    return ring if twice_area * turn >= 0 else ring.reversed()
+    return ring if ring_area(ring.outline) * turn >= 0 else ring.reversed()

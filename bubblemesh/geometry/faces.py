@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once, ring_area
 from bubblemesh.geometry.boundary import COLUMNS, Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans
 from bubblemesh.geometry.curves import Family, selected
@@ -104,8 +104,7 @@ def _chords(boundary: Boundary) -> list[Floats]:
 
 def _turn(points: Floats) -> float:
     """+1 if a ring of points (m, 2) turns counter-clockwise, else -1."""
-    x, y = (points - points[0]).T
-    return float(np.sign(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)))
+    return float(np.sign(ring_area(points)))
 
 
 def _owners(outer: Sequence[Floats], holes: Sequence[Floats]) -> Integers:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, median, members, select, taken
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, median, members, select, taken, turned_left
 from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.domain import Domain
@@ -83,7 +83,7 @@ class FacingWalls:
         number, side = np.append(np.arange(len(piece)), both), np.repeat([1.0, -1.0], [len(piece), len(both)])
         piece, s, reach, room = piece[number], s[number], reach[number], room[number]
         points, tangents = boundary.points(piece, s), boundary.tangents(piece, s)
-        normals = side[:, None] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
+        normals = side[:, None] * turned_left(tangents)
         rays = np.stack([points, points + reach[:, None] * normals], axis=1)
         beyond, left, found = np.full(len(points), np.inf), np.arange(len(points)), []
         for share in self._shares(reach):

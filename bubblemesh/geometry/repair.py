@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, ring_area
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import Shapes, polygons_of, shapes_of, with_holes
@@ -182,8 +182,7 @@ def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
     polygon = shapely.Polygon(points)
     if polygon.is_valid:
         return polygon
-    x, y = (points - points[0]).T
-    given = abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2)
+    given = abs(ring_area(points))
     fixed = _tidy(shapely.make_valid(polygon, method="structure", keep_collapsed=False), work.size)
     work.note("ring that crosses or touches itself", fault_place(polygon), fixed.area - given, [points])
     return fixed

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, turned_left
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.ladder import Ladder
-from bubblemesh.layers.walls import Walls, left_of, turned
+from bubblemesh.layers.walls import Walls, turned
 
 FAN = np.radians(40)  # beyond a straight angle: sharper convex corners have a fan
 TIP = np.radians(120)  # the same: around tips and trailing edges one column would leave cells flat
@@ -42,7 +42,7 @@ def on_curves(columns: Columns, walls: Walls, on_curve: Booleans, turns: Floats)
     """
     mine = np.flatnonzero(on_curve)
     node, before = columns.foot[mine], _unit(columns.up[mine])
-    normal = left_of(walls.domain.boundary.tangents(walls.node_piece[node], walls.node_s[node]))
+    normal = turned_left(walls.domain.boundary.tangents(walls.node_piece[node], walls.node_s[node]))
     cosine = (normal * before).sum(axis=1)
     told = np.abs(cosine) >= np.cos(turns[mine] / 2 + STRAY)
     mine, normal = mine[told], np.sign(cosine[told])[:, None] * normal[told]

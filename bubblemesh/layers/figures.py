@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once, median
+from bubblemesh.arrays import Booleans, Floats, Integers, cross, each_once, median, turned_left
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import ROUNDING, gradual
 from bubblemesh.layers.lacks import Lack, lacks, low_columns, lowest
@@ -257,7 +257,7 @@ def _first_layer(strips: Strips, requested: float, pairs: Integers) -> tuple[Flo
     i, j = columns.pair[pairs].T
     base = columns.at[j] - columns.at[i]
     length = np.hypot(*base.T)
-    up = np.column_stack([-base[:, 1], base[:, 0]]) / length[:, None]
+    up = turned_left(base) / length[:, None]
     found, angles = np.zeros((len(pairs), 2)), list[Floats]()
     for end, (column, way) in enumerate(((i, base), (j, -base))):
         some = strips.heights.count[column] > 0
@@ -288,7 +288,7 @@ def beyond_fronts(rest: Rest, net: Net) -> Floats:
     triangle, side = find_sides(net.triangles, len(points), ends)
     apex = points[net.triangles[triangle, (side + 2) % 3]]
     base, over = points[ends[:, 1]] - points[ends[:, 0]], apex - points[ends[:, 0]]
-    beyond = (base[:, 0] * over[:, 1] - base[:, 1] * over[:, 0]) / np.hypot(*base.T)
+    beyond = cross(base, over) / np.hypot(*base.T)
     column = columns.pair[some]
     step = strips.x[strips.top[column]] - strips.x[strips.node(column, count[column] - 1)]
     last = np.hypot(*np.moveaxis(step, -1, 0)) / np.hypot(*np.moveaxis(columns.up[column], -1, 0))

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once, others
+from bubblemesh.arrays import Booleans, Floats, Integers, cross, each_once, others
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
@@ -151,7 +151,7 @@ def badly_shaped(strips: Strips) -> Booleans:
     for cells, pair in (strips.quads, strips.triangles):
         corner = strips.x[cells]
         ahead, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
-        area = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+        area = cross(ahead, back)
         if cells.shape[1] == 4:
             area = area - FLAT * np.hypot(*np.moveaxis(ahead, -1, 0)) * np.hypot(*np.moveaxis(back, -1, 0))
         wrong[pair[(area <= 0).any(axis=1)]] = True

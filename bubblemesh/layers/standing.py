@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, turned_left
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH, blended, fan, on_curves
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.pinches import SHORT, parting, pinched
-from bubblemesh.layers.walls import Walls, left_of, turned
+from bubblemesh.layers.walls import Walls, turned
 
 ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse
 END_ROUNDING = 1e-6  # angles that are drawn as just these are among them
@@ -47,7 +47,7 @@ class _Builder:
     def __init__(self, walls: Walls, ladders: Sequence[Ladder]) -> None:
         self.walls, self.ladders, self.along = walls, ladders, walls.directions
         self.layered, self.pieces_with_layers = walls.layered, walls.pieces_with_layers
-        self.normals = left_of(self.along)
+        self.normals = turned_left(self.along)
         self.rows = list[_Row]()
         # Column at the beginning and at the end of each side, and those of each fan, with the side before it.
         self.first, self.last = (np.full(len(walls.piece), -1) for _ in range(2))

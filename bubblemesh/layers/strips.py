@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, members
+from bubblemesh.arrays import Booleans, Floats, Integers, cross, members
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import Heights, places, reached
 from bubblemesh.layers.walls import Walls
@@ -159,8 +159,7 @@ class Strips:
     def _split_from_first(corner: Floats) -> Booleans:
         """Whether the diagonal (q,) from the first of four corners (q, 4, 2) makes the largest angle least."""
         ahead, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
-        cross = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
-        angle = np.arctan2(cross, (ahead * back).sum(axis=-1))
+        angle = np.arctan2(cross(ahead, back), (ahead * back).sum(axis=-1))
         # A diagonal halves the angles at its ends; of the two others the larger one stays.
         first: Booleans = np.maximum(angle[:, 1], angle[:, 3]) <= np.maximum(angle[:, 0], angle[:, 2])
         return first

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, turned_left
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.packing.bubbles import Bubbles
@@ -91,11 +91,6 @@ class Walls:
         return along / np.hypot(*along.T)[:, None]
 
 
-def left_of(directions: Floats) -> Floats:
-    """Vectors (m, 2) turned to the left by a right angle."""
-    return np.column_stack([-directions[:, 1], directions[:, 0]])
-
-
 def turned(directions: Floats, angle: Floats) -> Floats:
     """Vectors (m, 2) turned counter-clockwise by angles (m,)."""
     (x, y), c, s = directions.T, np.cos(angle), np.sin(angle)
@@ -107,7 +102,7 @@ def _square_to(facets: Integers, x: Floats, spacing: Spacing) -> Floats:
 
     Of several facets at a node the least one counts.
     """
-    square, d = left_of(x[facets[:, 1]] - x[facets[:, 0]]), np.full(len(x), np.inf)
+    square, d = turned_left(x[facets[:, 1]] - x[facets[:, 0]]), np.full(len(x), np.inf)
     for end in facets.T:
         np.minimum.at(d, end, spacing.towards(x[end], square))
     return d

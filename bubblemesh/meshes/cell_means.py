@@ -8,11 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import GAUSS, Floats, Integers, cross, members
 
 MOST = 64  # parts along each side of a triangle's third
 AT_A_TIME = 1 << 20  # places
-GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3)
 
 Function = Callable[[Floats, Floats], Floats]  # values (m,) at x (m,) and y (m,)
 
@@ -45,11 +44,11 @@ def cell_means(points: Floats, triangles: Integers, function: Function, across: 
 def _quadrature(quads: Floats, count: int) -> tuple[Floats, Floats]:
     """Places (k, m, 2) and weights (k, m) in quadrilaterals (k, 4, 2), for so many parts along each of their sides."""
     part, rank = members(np.full(count, 2))
-    at = (part + (1 + GAUSS[rank]) / 2) / count
+    at = (part + GAUSS[rank]) / count
     s, t = (each.ravel() for each in np.meshgrid(at, at))
     shares = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
     a, b, c, d = np.moveaxis(quads[:, :, None], 1, 0)
     along = (1 - t)[:, None] * (b - a) + t[:, None] * (c - d)
     up = (1 - s)[:, None] * (d - a) + s[:, None] * (c - b)
-    weights = np.abs(along[..., 0] * up[..., 1] - along[..., 1] * up[..., 0]) / len(s)
+    weights = np.abs(cross(along, up)) / len(s)
     return np.einsum("mj,kjc->kmc", shares, quads), weights

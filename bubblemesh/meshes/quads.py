@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, cross
 from bubblemesh.errors import CaseError
 
 FLAT = 1e-12  # of a quadrilateral's area: a half with less has none
@@ -119,7 +119,7 @@ def halved(points: Floats, cells: Integers) -> Halves:
 def _twice_area(corners: Floats) -> Floats:
     """Twice the signed areas of triangles (..., 3, 2)."""
     u, v = corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
-    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+    return cross(u, v)
 
 
 def _least_cosine(corners: Floats) -> Floats:

@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, components
+from bubblemesh.arrays import Booleans, Integers, components, ring_area
 from bubblemesh.meshes.edges import edge_keys, find_sides, neighbour_pairs
 from bubblemesh.meshes.mesh import Mesh
 
@@ -68,7 +68,7 @@ def stretches(mesh: Mesh) -> list[Stretch]:
     found = []
     for ring in boundary_rings(mesh):
         nodes, labels = mesh.facets[ring, 0], mesh.facet_labels[ring]
-        if _area(mesh.points[nodes]) < 0 and not any(opened[k] for k in labels.tolist()):
+        if ring_area(mesh.points[nodes]) < 0 and not any(opened[k] for k in labels.tolist()):
             names = [mesh.labels[k] for k in dict.fromkeys(labels.tolist())]
             found.append(Stretch("island", ", ".join(names), nodes))
             continue
@@ -108,7 +108,7 @@ def boundary_rings(mesh: Mesh) -> list[Integers]:
                 rings.append(np.array(ring))
             else:
                 place[node] = len(path)
-    return sorted(rings, key=lambda ring: -_area(mesh.points[mesh.facets[ring, 0]]))
+    return sorted(rings, key=lambda ring: -ring_area(mesh.points[mesh.facets[ring, 0]]))
 
 
 def stretch_of_nodes(found: Sequence[Stretch], count: int) -> Integers:
@@ -123,9 +123,3 @@ def stretch_of_nodes(found: Sequence[Stretch], count: int) -> Integers:
     for k in opened:
         number[found[k].nodes[:-1]] = k
     return number
-
-
-def _area(points: Floats) -> float:
-    """Twice the signed area of a ring of points (k, 2)."""
-    x, y = (points - points[0]).T
-    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, turned_left
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
@@ -78,8 +78,8 @@ class Confinement:
         crossed = suspects[self.free[suspects] <= 0]
         if len(crossed):
             piece, s, foot, _ = self.domain.nearest(x[crossed])
-            tx, ty = self.domain.boundary.tangents(piece, s).T
-            x[crossed] = foot + self.margin * d[crossed, None] * np.column_stack([-ty, tx])
+            normals = turned_left(self.domain.boundary.tangents(piece, s))
+            x[crossed] = foot + self.margin * d[crossed, None] * normals
             v[crossed] = 0
             self.x[crossed] = x[crossed]
             self.free[crossed] = self.domain.signed_distance(x[crossed])

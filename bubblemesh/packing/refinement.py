@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers, all_of_rows, others
+from bubblemesh.arrays import Floats, Integers, all_of_rows, cross, others
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts, matching_edges
@@ -29,7 +29,7 @@ from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.net import Net, connect, connect_inside, reconnect
 from bubblemesh.packing.progress import TimeUp, Watch
 from bubblemesh.packing.sharp_corners import SharpCorners
-from bubblemesh.packing.sites import ROUNDING, Additions, Faults, Sites, cross
+from bubblemesh.packing.sites import ROUNDING, Additions, Faults, Sites
 from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, cross
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import CornerFans
 from bubblemesh.meshes.edges import edge_keys
@@ -81,7 +81,7 @@ class SharpCorners:
         corner = self.fans.corner[rows]
         nodes = self._next_nodes(net)[np.column_stack([rows, self.fans.following[rows]])]
         a, b = (x[nodes[:, k]] - x[corner] for k in (0, 1))
-        narrow = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))) < SHORT_OF_CUSP
+        narrow = np.abs(np.arctan2(cross(a, b), (a * b).sum(axis=1))) < SHORT_OF_CUSP
         return nodes[narrow], corner[narrow]
 
     def unsplit(self, net: Net) -> Booleans:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, others
+from bubblemesh.arrays import Booleans, Floats, Integers, cross, others, turned_left
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.triangulation import circumcircles
@@ -107,7 +107,7 @@ class Sites:
         rows, short = np.arange(len(corners)), sides.argmin(axis=1)
         p, q, other = (corners[rows, (short + k) % 3] for k in range(3))
         middle, along = (p + q) / 2, q - p
-        inward = np.column_stack([-along[:, 1], along[:, 0]]) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
+        inward = turned_left(along) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
         length = np.hypot(*along.T)
         height = np.einsum("ij,ij->i", centre - middle, inward)
         if self.angle > 0:
@@ -149,11 +149,6 @@ class Sites:
         blind, near, at = number[kept[facet]], near[within], at[within]
         number, facet = np.append(number, at), np.append(facet, near)
         return number[~kept[facet]], facet[~kept[facet]], blind
-
-
-def cross(a: Floats, b: Floats) -> Floats:
-    """Cross products (m,) of vectors (m, 2)."""
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
 def _apart(points: Floats, room: Floats) -> Integers:

@@ -4,7 +4,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, contained, members
+from bubblemesh.arrays import Booleans, Floats, Integers, contained, cross, members
 from bubblemesh.meshes.edges import edge_keys, find_keys
 
 STRAIGHT = 1e-9  # of the square of a side: what area a node on a straight rim may be off by
@@ -73,7 +73,7 @@ def removed(x: Floats, triangles: Integers, gone: Booleans) -> tuple[Integers, B
     # From each corner of a hole, the least area of triangles to the sides that it is no end of.
     corner, side, apart = holes.fans()
     u, v = x[a[side]] - x[a[corner]], x[b[side]] - x[a[corner]]
-    area = np.where(apart, u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], np.inf)
+    area = np.where(apart, cross(u, v), np.inf)
     least = np.minimum.reduceat(area, np.searchsorted(corner, np.arange(len(node))))
     begin, end = holes.rims(len(x))
     if len(begin):
@@ -92,7 +92,7 @@ def _may_take_on_rims(x: Floats, holes: Holes, begin: Integers, end: Integers) -
     node = holes.node[begin]  # of each end, too
     may = ~contained(holes.node, node)
     u, v = x[holes.a[begin]] - x[node], x[holes.b[end]] - x[node]
-    area, side = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0], v - u
+    area, side = cross(u, v), v - u
     twice = np.append(node[1:] == node[:-1], False) | np.append(False, node[1:] == node[:-1])  # two rims meet there
     may[begin] = ~twice & (np.abs(area) <= STRAIGHT * np.einsum("ij,ij->i", side, side))
     return may

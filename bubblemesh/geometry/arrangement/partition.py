@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, turned_left
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
@@ -148,9 +148,8 @@ def probes(boundary: Boundary) -> tuple[Floats, Floats]:
     chord = first + np.bincount(piece) // 2
     at = s[chord] + step[chord] / 2
     middle = (boundary.points(numbers, s[chord]) + boundary.points(numbers, s[chord] + step[chord])) / 2
-    tx, ty = boundary.tangents(numbers, at).T
     aside = np.where(boundary.curved, ASIDE_OF_A_CURVE, ASIDE) * step[chord]
-    normal = aside[:, None] * np.column_stack([-ty, tx])
+    normal = aside[:, None] * turned_left(boundary.tangents(numbers, at))
     return middle + normal, middle - normal
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import Booleans, Floats, ring_area
 from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.winding import FILL_RULES, FillRule, enclosed, turns
@@ -94,9 +94,8 @@ def _enclosed_by_chords(outlines: Sequence[Floats], rule: FillRule, label: str |
 def area_of(loop: CompoundCurve) -> float:
     """Area within a loop, in terms of the square of its extent."""
     (points,) = _outlines([loop])
-    x, y = (points - points[0]).T
     size = float(np.ptp(points, axis=0).max())
-    return abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))) / 2 / size**2 if size > 0 else 0.0
+    return abs(ring_area(points)) / size**2 if size > 0 else 0.0
 
 
 def _outlines(loops: Sequence[CompoundCurve]) -> list[Floats]:

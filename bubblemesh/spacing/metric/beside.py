@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, turned_left
 from bubblemesh.kernels.tensors import lengths
 from bubblemesh.meshes.tensors import Axes, axes, intersections, of_axes
 from bubblemesh.records import record
@@ -37,7 +37,7 @@ class BesideEdges:
             return whole
         tensors, d = whole.tensors, d[smaller]
         along = self._directions[self._tree.query(points[smaller])[1]]
-        beside = np.column_stack([-along[:, 1], along[:, 0]])
+        beside = turned_left(along)
         stretch = lengths(tensors[smaller], along) / lengths(tensors[smaller], beside)
         limited = intersections(tensors[smaller], of_axes(d, d * np.maximum(stretch, 1.0), beside))
         tensors[smaller] = limited

@@ -5,7 +5,7 @@ from dataclasses import field
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, turned_left
 from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.kernels.tensors import lengths, mean_lengths
@@ -81,7 +81,7 @@ class MetricSpacing(Spacing):
             return np.hypot(*directions.T) / lengths(self.at(points), directions)
 
     def stretch(self, points: Floats, directions: Floats) -> Floats:
-        tensors, beside = self.at(points), np.column_stack([-directions[:, 1], directions[:, 0]])
+        tensors, beside = self.at(points), turned_left(directions)
         with np.errstate(divide="ignore", invalid="ignore"):
             found = lengths(tensors, beside) / lengths(tensors, directions)
         return np.where(np.isnan(found), 1.0, found)

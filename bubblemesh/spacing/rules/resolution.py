@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, largest_of_rows, least_of_rows, members, taken
+from bubblemesh.arrays import Booleans, Floats, Integers, largest_of_rows, least_of_rows, members, taken, turned_left
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import ranks
 from bubblemesh.spacing.bounds import bounds_of
@@ -172,7 +172,7 @@ def thin_walls(domain: Domain, spacing: Spacing, intervals: tuple[Integers, Floa
     outer = ~boundary.inner[piece]
     piece, begin, length = piece[outer], begin[outer], length[outer]
     points, tangents = boundary.points(piece, begin + length / 2), boundary.tangents(piece, begin + length / 2)
-    outward = np.column_stack([tangents[:, 1], -tangents[:, 0]])  # the domain is on the left
+    outward = -turned_left(tangents)  # the domain is on the left
     radius = np.minimum(WIDEST_WALL * spacing(points), domain.size)
     widest = radius.copy()
     tried, foot = np.arange(len(points)), np.full((len(points), 2), np.inf)
