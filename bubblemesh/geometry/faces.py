@@ -1,6 +1,5 @@
 """Rings traced from the pieces that bound an area, whatever curves these were cut from."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +9,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, each_once, ring_area
 from bubblemesh.geometry.boundary import COLUMNS, Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans
 from bubblemesh.geometry.curves import Family, selected
+from bubblemesh.geometry.nesting import smallest_around
 
 
 def face(boundary: Boundary, rim: Booleans) -> tuple[Boundary, Integers]:
@@ -21,9 +21,10 @@ def face(boundary: Boundary, rim: Booleans) -> tuple[Boundary, Integers]:
     loops = _loops(boundary, rim)
     chords = _chords(boundary)
     outlines = [np.concatenate([chords[piece] for piece in loop.tolist()]) for loop in loops]
-    areas = np.array([shapely.Polygon(points).area * _turn(points) for points in outlines])
+    areas = np.array([ring_area(points) for points in outlines])
     outer, holes = np.flatnonzero(areas > 0), np.flatnonzero(areas <= 0)
-    owner = _owners([outlines[k] for k in outer], [outlines[k] for k in holes])
+    shapes = np.array([shapely.Polygon(points) for points in outlines], dtype=object)
+    owner = smallest_around(shapes[holes], shapes[outer])
     order = [loops[k] for k in (*outer, *holes)]
     pieces = np.concatenate([*order, np.flatnonzero(~rim)])
     inner = len(pieces) - sum(map(len, order))
@@ -100,21 +101,3 @@ def _chords(boundary: Boundary) -> list[Floats]:
     piece, s, _ = boundary.stations()
     starts = boundary.chord_starts(piece, s)
     return np.split(starts, np.searchsorted(piece, np.arange(1, len(boundary.kind))))
-
-
-def _turn(points: Floats) -> float:
-    """+1 if a ring of points (m, 2) turns counter-clockwise, else -1."""
-    return float(np.sign(ring_area(points)))
-
-
-def _owners(outer: Sequence[Floats], holes: Sequence[Floats]) -> Integers:
-    """Number (h,) of the smallest outer ring around each hole."""
-    if len(outer) == 1 or not holes:
-        return np.zeros(len(holes), np.int64)
-    around = np.array([shapely.Polygon(points) for points in outer], dtype=object)
-    within = shapely.points([points[:2].mean(axis=0) for points in holes])
-    hole, ring = shapely.STRtree(around).query(within, predicate="within")
-    order = np.argsort(-shapely.area(around)[ring], kind="stable")  # the last one written stays
-    owner = np.zeros(len(holes), np.int64)
-    owner[hole[order]] = ring[order]
-    return owner

@@ -53,10 +53,7 @@ def with_holes(areas: Sequence[Area], holes: Sequence[Ring]) -> list[Area]:
     if len(areas) == 1 or not holes:
         return [replace(area, holes=(*area.holes, *holes)) for area in areas]
     inner, around = (shapes_of([Area(ring) for ring in some]) for some in (holes, [area.outer for area in areas]))
-    within, outer = enclosures(inner, around)
-    order = np.argsort(-shapely.area(around)[outer], kind="stable")  # the last one written stays
-    owner = np.full(len(holes), -1)
-    owner[within[order]] = outer[order]
+    owner = smallest_around(inner, around)
     more: list[list[Ring]] = [[] for _ in areas]
     for ring, shape, number in zip(holes, inner, owner.tolist(), strict=True):
         if number < 0:
@@ -64,6 +61,15 @@ def with_holes(areas: Sequence[Area], holes: Sequence[Ring]) -> list[Area]:
                 raise GeometryError(f"the hole at {first_place(shape)} lies in none of the areas: move or remove it")
         more[number].append(ring)
     return [replace(area, holes=(*area.holes, *rings)) for area, rings in zip(areas, more, strict=True)]
+
+
+def smallest_around(inner: Shapes, around: Shapes) -> Integers:
+    """Numbers (n,) of the smallest shapes around inner ones (n,), -1 for those that are in none."""
+    within, outer = enclosures(inner, around)
+    order = np.argsort(-shapely.area(around)[outer], kind="stable")  # the last one written stays
+    owner = np.full(len(inner), -1)
+    owner[within[order]] = outer[order]
+    return owner
 
 
 def _solid(shapes: Shapes) -> Shapes:
