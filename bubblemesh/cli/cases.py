@@ -10,7 +10,6 @@ import typer
 
 from bubblemesh.cli.exits import heed
 from bubblemesh.cli.options import (
-    CASE_OPTIONS,
     AsJson,
     CaseFile,
     Cluster,
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
 PACKING = "bubblemesh.parts.cores"  # what workers call
 
 
-@with_overrides(CASE_OPTIONS)
+@with_overrides
 def run(
     case: CaseFile,
     output: Output = None,
@@ -85,7 +84,7 @@ def run(
         deliver(meshed, loaded, case, place, as_json, quiet)
 
 
-@with_overrides(CASE_OPTIONS)
+@with_overrides
 def adapt(
     case: CaseFile,
     solution: Annotated[
@@ -135,7 +134,7 @@ def adapt(
     loaded.within_limits(adapted, f"{case}: ")
 
 
-@with_overrides(CASE_OPTIONS)
+@with_overrides
 def check(
     case: CaseFile,
     overrides: Overrides = (),
@@ -162,7 +161,7 @@ def check(
         tell_estimate(loaded, case, picture, as_json, quiet)
 
 
-@with_overrides(CASE_OPTIONS)
+@with_overrides
 def batch(
     paths: Annotated[list[str], typer.Argument(metavar="PATH...", help="Case files, folders or patterns of them.")],
     output: Annotated[

@@ -1,6 +1,6 @@
 """Options that several commands have."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
@@ -83,28 +83,26 @@ Overrides = Sequence["Override"]
 Command = Callable[..., None]
 
 
-def with_overrides(*tables: Mapping[str, Any]) -> Callable[[Command], Command]:
-    """Give a command the options of these tables in place of its parameter ``overrides``, which gets what they set."""
-    options = {name: option for table in tables for name, option in table.items()}
-    added = [Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind) for name, kind in options.items()]
+def with_overrides(command: Command) -> Command:
+    """Give a command the `CASE_OPTIONS` in place of its parameter ``overrides``, which gets what they set."""
+    added = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind) for name, kind in CASE_OPTIONS.items()
+    ]
 
-    def decorated(command: Command) -> Command:
-        @wraps(command)
-        def with_options(**arguments: Any) -> None:
-            from bubblemesh.case import overrides_of
+    @wraps(command)
+    def with_options(**arguments: Any) -> None:
+        from bubblemesh.case import overrides_of
 
-            given = {name: arguments.pop(name) for name in options}
-            settings = given.pop("set") or ()
-            command(**arguments, overrides=overrides_of(settings, **given))
+        given = {name: arguments.pop(name) for name in CASE_OPTIONS}
+        settings = given.pop("set") or ()
+        command(**arguments, overrides=overrides_of(settings, **given))
 
-        own = signature(command).parameters
-        parameters = [
-            each
-            for name, parameter in own.items()
-            for each in (added if name == "overrides" else [parameter.replace(kind=Parameter.KEYWORD_ONLY)])
-        ]
-        with_options.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        vars(with_options)["__signature__"] = Signature(parameters)
-        return with_options
-
-    return decorated
+    own = signature(command).parameters
+    parameters = [
+        each
+        for name, parameter in own.items()
+        for each in (added if name == "overrides" else [parameter.replace(kind=Parameter.KEYWORD_ONLY)])
+    ]
+    with_options.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    vars(with_options)["__signature__"] = Signature(parameters)
+    return with_options

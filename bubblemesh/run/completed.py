@@ -45,7 +45,7 @@ def completed(found: Measured, problem: Problem) -> Completed:
         mesh = replace(mesh, open_labels=task.open_labels)
     if task.depth is not None:
         mesh = replace(mesh, depth=depths_of(mesh, task.depth))
-        water = WaterRow.of(mesh, mesh.depth)
+        water = WaterRow.of(mesh)
     metric = mesh.metric
     # Tensors belong to the plane of the packing.
     if isinstance(problem.spacing, MetricSpacing) and (plane is None or not plane.target):

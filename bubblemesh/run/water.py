@@ -47,9 +47,9 @@ class WaterRow:
     cut_off: int
 
     @classmethod
-    def of(cls, mesh: Mesh, depth: Floats) -> Self:
-        """Figures of a mesh with depths (n,) at its nodes, whose lengths are metres."""
-        corners = mesh.triangles[:, :3]
+    def of(cls, mesh: Mesh) -> Self:
+        """Figures of a mesh that has depths at its nodes, and whose lengths are metres."""
+        corners, depth = mesh.triangles[:, :3], mesh.depth
         edges, _ = unique_edges(corners)
         ends = mesh.points[edges]
         deepest = depth[edges].max(axis=1)
