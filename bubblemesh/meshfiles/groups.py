@@ -192,7 +192,9 @@ def cell_groups(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str,
             tags = np.concatenate([np.asarray(mesh.cell_data[name][k]) for k in blocks])
             if tags.ndim == 1 and np.array_equal(tags, np.round(tags)) and (np.abs(tags) <= LARGEST_TAG).all():
                 numbers, index = np.unique(tags.astype(np.int64), return_inverse=True)
-                return tuple(_name(mesh, int(number), noun) for number in numbers), index
+                names = [_name(mesh, int(number), noun) for number in numbers]
+                different = {name: k for k, name in enumerate(dict.fromkeys(names))}  # families of MED may share groups
+                return tuple(different), np.array([different[name] for name in names], np.int64)[index]
     return _of_sets(mesh, blocks, noun)
 
 
