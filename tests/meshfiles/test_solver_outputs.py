@@ -138,6 +138,33 @@ def test_xdmf_of_dolfinx_includes_its_mesh_at_each_time(tmp_path):
     assert read_nodal_field(dolfinx_xdmf(tmp_path / "a.xdmf", POINTS, TRIANGLES, U, (0.0,)), None).notes == ()
 
 
+def meshio_series(path):
+    """A series of three times as meshio writes it, its text."""
+    with meshio.xdmf.TimeSeriesWriter(path) as writer:
+        writer.write_points_cells(np.pad(POINTS, ((0, 0), (0, 1))), [("triangle", TRIANGLES)])
+        for time in (0.0, 0.5, 1.0):
+            writer.write_data(time, point_data={"u": time * U})
+    return path.read_text()
+
+
+def test_series_of_meshio(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # where meshio writes the numbers
+    meshio_series(tmp_path / "a.xdmf")
+    found = read_nodal_field(tmp_path / "a.xdmf", "u")
+    np.testing.assert_array_equal(found.values[:, 0], U)
+    assert found.notes == ("holds 3 times: the last one, 1, is read",)
+
+
+def test_parts_of_xdmf_that_are_not_known_are_told(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = meshio_series(tmp_path / "a.xdmf")
+    (tmp_path / "b.xdmf").write_text(text.replace("<Time", '<Set Name="a" /><Time'))
+    assert read_nodal_field(tmp_path / "b.xdmf", "u").notes[1:] == ("parts of grids are left out: Set",)
+    (tmp_path / "c.xdmf").write_text(text.replace("2003/XInclude", "3003/XInclude"))
+    with pytest.raises(FileError, match=r"a grid without nodes or cells, but with what is not read: .*3003"):
+        read_nodal_field(tmp_path / "c.xdmf", "u")
+
+
 @pytest.mark.parametrize("place", ["//Grid[@Name='mesh']", "/Xdmf/Domain/Grid[1]", '/Xdmf/Domain/Grid[@Name="mesh"]'])
 def test_other_ways_to_name_the_mesh(place, tmp_path):
     path = dolfinx_xdmf(tmp_path / "a.xdmf", POINTS, TRIANGLES, U, (0.0,))

@@ -12,10 +12,12 @@ from bubblemesh.arrays import Integers
 from bubblemesh.errors import FileError
 from bubblemesh.files import opened, read_bytes
 from bubblemesh.meshfiles.sources.source import Block, Data, Source, reals
+from bubblemesh.messages import shown
 
 Element = ElementTree.Element
 
-INCLUDE = "{http://www.w3.org/2001/XInclude}include"
+INCLUDES = tuple(f"{{http://www.w3.org/{year}/XInclude}}include" for year in (2001, 2003))  # meshio writes the second
+PARTS = ("Topology", "Geometry", "Attribute", "Time", "Information", *INCLUDES)  # of grids, which are read
 POINTER = re.compile(r"xpointer\((?P<path>/.*?)(/\*\[(?P<names>.*)\])?\)")
 STEP = re.compile(r"(/{1,2})(\w+)((?:\[[^\]]*\])*)")
 CONDITION = re.compile(r"\[\s*(?:@(\w+)\s*=\s*['\"]([^'\"]*)['\"]|(\d+))\s*\]")
@@ -56,8 +58,12 @@ def read_xdmf(path: Path) -> Source:
         for grid, topology, geometry in shapes
         if topology is not None and geometry is not None
     ]
+    others = _not_read(grids)
+    if len(whole) < len(grids) and others:
+        raise FileError(f"holds a grid without nodes or cells, but with what is not read: {others}")
     if not whole:
         raise FileError("holds no grid with nodes and cells")
+    notes = (*notes, f"parts of grids are left out: {others}") if others else notes
     base = next((each for each in whole if _has_faces(each[1])), whole[0])
     numbers = _Numbers(path)
     points = numbers.of(base[2])
@@ -65,6 +71,11 @@ def read_xdmf(path: Path) -> Source:
         points = points.reshape(-1, 2 if base[2].get("GeometryType", base[2].get("Type")) == "XY" else 3)
     mine = [(grid, topology) for grid, topology, geometry in whole if _same(geometry, base[2])]
     return _assembled(numbers, points, mine, _names(root), notes)
+
+
+def _not_read(grids: Iterable[Element]) -> str:
+    """Names of parts of grids that are not read."""
+    return shown(", ".join(dict.fromkeys(part.tag for grid in grids for part in grid if part.tag not in PARTS)))
 
 
 def _assembled(
@@ -146,7 +157,7 @@ def _part(root: Element, grid: Element, name: str) -> Element | None:
         if reference is None:
             return own
         return _pointed(root, (own.text or "").strip() if reference == "XML" else reference)
-    for include in grid.iterfind(INCLUDE):
+    for include in (part for part in grid if part.tag in INCLUDES):
         pointer = include.get("xpointer", "")
         if include.get("href"):
             raise FileError(f"includes another file, {include.get('href')}: write all into one")
