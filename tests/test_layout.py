@@ -26,7 +26,7 @@ MAY_IMPORT = {
     "packing": FOUNDATION | {"geometry", "kernels", "meshes", "spacing"},
     "layers": FOUNDATION | {"geometry", "meshes", "packing", "spacing"},
     "parts": FOUNDATION | {"geometry", "kernels", "meshes", "packing", "spacing"},
-    "meshfiles": FOUNDATION | {"meshes", "readers"},
+    "meshfiles": FOUNDATION | {"geometry", "meshes", "readers"},
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
     "pages": FOUNDATION | {"meshes", "meshfiles", "pictures"},
     "case": FOUNDATION | {"meshfiles", "packing", "readers", "spacing"},

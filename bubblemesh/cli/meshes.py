@@ -44,7 +44,7 @@ def quality(
     from bubblemesh import console
     from bubblemesh.console.report import show_quality
     from bubblemesh.meshes.quality import Measures, mesh_figures
-    from bubblemesh.meshfiles.read import read_triangles
+    from bubblemesh.meshfiles.read import digits, read_triangles
     from bubblemesh.spacing.expression import Expression
     from bubblemesh.spacing.spacing import Spacing
 
@@ -62,11 +62,13 @@ def quality(
         return
     file = read_triangles(mesh)
     points, triangles = file.points, file.triangles
-    console.warn([*chosen(mesh, file.source.notes, file.left_out), *turned(mesh, points, triangles)])
+    notes = chosen(mesh, (*file.source.notes, *file.curved), file.left_out)
+    notes += faulty(mesh, points, triangles, digits(file.source))
+    console.warn(notes)
     with located("--spacing"):
         figures = mesh_figures(Measures(points, triangles), spacing_between)
     if as_json:
-        write_json(figures)
+        write_json(figures | {"warnings": notes})
     else:
         show_quality(figures)
 
@@ -86,16 +88,17 @@ def in_metric(mesh: Path, field: str | None, as_json: bool) -> None:
     with prefixed(f"--metric: {mesh}"):
         read = with_metric(read, field)
     points, triangles = read.mesh.points, read.mesh.triangles[:, :3]
-    console.warn([*chosen(mesh, read.notes, read.left_out), *turned(mesh, points, triangles)])
+    notes = [*chosen(mesh, (*read.notes, *read.curved), read.left_out), *faulty(mesh, points, triangles, read.digits)]
     packed = read.cell_data.get(LAYER, np.zeros(len(triangles))) == 0
     if not packed.all():
-        console.warn([f"{mesh}: {np.count_nonzero(~packed)} triangles of boundary layers are left out, as in reports"])
+        notes.append(f"{mesh}: {np.count_nonzero(~packed)} triangles of boundary layers are left out, as in reports")
+    console.warn(notes)
     data = {name: values[packed] for name, values in read.cell_data.items()}
     measures = measures_of(points, triangles[packed], data)
     assert isinstance(measures, MeasuresInMetric)
     figures = figures_in_metric(measures)
     if as_json:
-        write_json(figures)
+        write_json(figures | {"warnings": notes})
     else:
         show_quality(figures)
 
@@ -202,7 +205,7 @@ def plot(
         dpi=dpi,
     )
     read = read_mesh(mesh)
-    console.warn(chosen(mesh, read.notes, read.left_out))
+    console.warn(chosen(mesh, (*read.notes, *read.curved), read.left_out))
     try:
         read = with_metric(read, field) if ellipses else read
         figure = mesh_figure(read.mesh, shown, MeshData(read.cell_data, read.point_data))
@@ -238,7 +241,12 @@ def compare(first: Path, second: Path, spacing_between: "SpacingBetween | None",
 
     read = {path: read_mesh(path) for path in (first, second)}
     for path, each in read.items():
-        console.warn([*chosen(path, each.notes, each.left_out), *turned(path, each.mesh.points, each.mesh.triangles)])
+        console.warn(
+            [
+                *chosen(path, (*each.notes, *each.curved), each.left_out),
+                *faulty(path, each.mesh.points, each.mesh.triangles, each.digits),
+            ]
+        )
     with nullcontext() if spacing_between is None else located("--spacing"):
         a, b = (
             comparison.compared(path, read[path].mesh, read[path].cell_data, spacing_between)
@@ -255,6 +263,13 @@ def chosen(mesh: Path, notes: Sequence[str], left_out: Sequence[str]) -> list[st
     """Warnings of what is not read of a mesh file: times but the last one, kinds of cells that are no faces."""
     others = [f"cells that are no triangles or quadrilaterals are left out: {', '.join(left_out)}"] if left_out else []
     return [f"{mesh}: {note}" for note in (*notes, *others)]
+
+
+def faulty(mesh: Path, points: "Floats", triangles: "Integers", digits: float) -> list[str]:
+    """Warnings of a mesh that is not conforming, or whose triangles do not all turn the same way."""
+    from bubblemesh.meshfiles.faults import faults
+
+    return [*turned(mesh, points, triangles), *(f"{mesh}: {fault}" for fault in faults(points, triangles, digits))]
 
 
 def turned(mesh: Path, points: "Floats", triangles: "Integers") -> list[str]:

@@ -43,9 +43,9 @@ def without_folds(
     while True:
         middles[cells[:, 8]] = middles[cells[:, 4:8]].sum(axis=1) / 2 - points[cells[:, :4]].sum(axis=1) / 4
         rows = triangles[looked_at]
-        folded = looked_at[_folded(points[rows[:, :3]], middles[rows[:, 3:]])]
-        folded_quads = _quads_folded(points[cells[:, :4]], middles[cells[:, 4:]])
-        mine = np.concatenate([sides[folded].ravel(), cells[folded_quads, 4:8].ravel()])
+        folded = looked_at[folded_triangles(points[rows[:, :3]], middles[rows[:, 3:]])]
+        quads_folded = folded_quads(points[cells[:, :4]], middles[cells[:, 4:]])
+        mine = np.concatenate([sides[folded].ravel(), cells[quads_folded, 4:8].ravel()])
         mine = mine[bent[mine]]
         if len(mine) == 0:
             return middles, flat
@@ -56,7 +56,7 @@ def without_folds(
         looked_at = np.flatnonzero(moved[sides].any(axis=1))
 
 
-def _folded(corners: Floats, middles: Floats) -> Booleans:
+def folded_triangles(corners: Floats, middles: Floats) -> Booleans:
     """Mask (t,) of curved triangles, corners (t, 3, 2) and edge nodes (t, 3, 2), whose map is not one to one.
 
     The Jacobian determinant of the map is a quadratic polynomial: it is positive if its Bernstein coefficients are.
@@ -71,7 +71,7 @@ def _folded(corners: Floats, middles: Floats) -> Booleans:
     return (coefficients <= 0).any(axis=(1, 2))
 
 
-def _quads_folded(corners: Floats, others: Floats) -> Booleans:
+def folded_quads(corners: Floats, others: Floats) -> Booleans:
     """Mask (q,) of curved quadrilaterals, corners (q, 4, 2) and other nodes (q, 5, 2), whose map is not one to one.
 
     As of triangles, with polynomials of the third degree in both directions.

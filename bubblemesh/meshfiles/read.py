@@ -14,6 +14,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quads import halved
 from bubblemesh.meshfiles.coincident import are_apart, places
 from bubblemesh.meshfiles.contained import require_contained
+from bubblemesh.meshfiles.curved import curved_notes
 from bubblemesh.meshfiles.groups import ENDS, cell_groups
 from bubblemesh.meshfiles.names import named
 from bubblemesh.meshfiles.sources.layers import flattened
@@ -51,6 +52,13 @@ class MeshFile:
     left_out: tuple[str, ...]  # kinds of cells that are none of the faces asked for, nor edges or points
     source: Source
     faces: tuple[int, ...]  # blocks of the source's cells that the triangles are of
+
+    @property
+    def curved(self) -> tuple[str, ...]:
+        """What there is to tell of faces with nodes beside their corners; FileError if one has a node not there."""
+        blocks = [self.source.cells[k] for k in self.faces]
+        with prefixed(self.path):
+            return curved_notes(self.source.points, [block for block in blocks if block.type not in LINEAR])
 
 
 def read_triangles(
@@ -162,9 +170,10 @@ class MeshWithData(NamedTuple):
     point_data: Mapping[str, Floats]  # (n,) or (n, k)
     left_out: tuple[str, ...]  # kinds of cells
     notes: tuple[str, ...] = ()  # what was chosen of the file
-    higher: bool = False  # whether cells have nodes beside their corners, which are left out
+    curved: tuple[str, ...] = ()  # what there is to tell of cells with nodes beside their corners
     matching: tuple[Integers, ...] = ()  # nodes (k, 2) of two periodic sides each
     node_sets: tuple[str, ...] = ()  # names of sets of nodes, which are not read
+    digits: float = float(np.finfo(float).eps)  # rounding error of coordinates near 1, as the file holds them
 
 
 def read_mesh(path: Path) -> MeshWithData:
@@ -195,11 +204,19 @@ def read_mesh(path: Path) -> MeshWithData:
         geographic=source.geographic,
     )
     point_data = {name: np.asarray(values)[file.nodes] for name, values in source.point_data.items()}
-    higher = any(source.cells[k].type not in LINEAR for k in file.faces)
     matching = tuple(file.index[nodes] for nodes in source.matching)
     matching = tuple(nodes[(nodes >= 0).all(axis=1)] for nodes in matching)  # those on edges are in no triangle
-    data = cell_data_of(file), _numbers(point_data)
-    return MeshWithData(mesh, *data, file.left_out, source.notes, higher, matching, source.node_sets)
+    return MeshWithData(
+        mesh,
+        cell_data_of(file),
+        _numbers(point_data),
+        file.left_out,
+        source.notes,
+        file.curved,
+        matching,
+        source.node_sets,
+        digits(source),
+    )
 
 
 def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
