@@ -231,11 +231,27 @@ def test_a_damaged_partition_is_refused(broken, tmp_path):
         read_mesh(path)
 
 
-def test_a_binary_partition_is_refused_with_advice(tmp_path):
-    path = tmp_path / "a.msh"
-    path.write_bytes(b"$MeshFormat\n4.1 1 8\n\1\0\0\0\n$EndMeshFormat\n$PartitionedEntities\n\0\0")
-    with pytest.raises(FileError, match="let Gmsh write it as text"):
-        read_mesh(path)
+@pytest.mark.parametrize(("version", "binary"), [(4.0, 0), (4.1, 0), (4.1, 1)])
+def test_partitions_of_gmsh_itself_are_read(gmsh, version, binary, tmp_path):
+    gmsh.clear()
+    gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.model.addPhysicalGroup(2, [1], name="plate")
+    options = {"Mesh.MshFileVersion": version, "Mesh.Binary": binary, "Mesh.PartitionCreateGhostCells": 1}
+    before = {name: gmsh.option.getNumber(name) for name in options}
+    for name, value in options.items():
+        gmsh.option.setNumber(name, value)
+    gmsh.model.mesh.generate(2)
+    count = len(gmsh.model.mesh.getElementsByType(2)[0])
+    gmsh.model.mesh.partition(3)
+    gmsh.write(str(tmp_path / "a.msh"))
+    for name, value in before.items():
+        gmsh.option.setNumber(name, value)
+    gmsh.clear()
+    read = read_mesh(tmp_path / "a.msh")
+    assert len(read.mesh.triangles) == count
+    assert set(read.cell_data["partition"]) == {0, 1, 2}
+    assert read.mesh.regions == ("plate",)
 
 
 @pytest.mark.solver

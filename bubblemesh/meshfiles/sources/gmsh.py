@@ -1,111 +1,261 @@
-"""Files of Gmsh, which meshio reads but for the entities of a partition in format 4.1."""
+"""Meshes of Gmsh (.msh) in the versions 2.2, 4.0 and 4.1 of its format, as text and in binary form."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+import re
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Integers
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import FileError
-from bubblemesh.files import opened, read_bytes, temporary_folder
+from bubblemesh.files import read_bytes
+from bubblemesh.meshes.edges import find_keys
 from bubblemesh.meshfiles.groups import PARTITION
 from bubblemesh.meshfiles.sources.freefem import is_freefem, read_freefem
-from bubblemesh.meshfiles.sources.other import read_other
-from bubblemesh.meshfiles.sources.source import NodeNumbers, Source
+from bubblemesh.meshfiles.sources.layers import GROUP
+from bubblemesh.meshfiles.sources.msh_data import CORNERS, ELEMENTS, NODES, data_at
+from bubblemesh.meshfiles.sources.msh_sections import (
+    BYTE_ORDER_MARK,
+    Binary,
+    Form,
+    Numbers,
+    Section,
+    Text,
+    form_of,
+    line,
+    sections,
+)
+from bubblemesh.meshfiles.sources.source import Block, Data, Source, wholes
+from bubblemesh.messages import shown
 
-FORMAT = b"$MeshFormat"
-WHOLE, PARTS = b"$Entities", b"$PartitionedEntities"
-NODES = b"$Nodes"
-DIMENSIONS = {"vertex": 0, "line": 1, "line3": 1}  # of kinds of cells; of all others 2
+AFFINE = re.compile(rb"^\s*Affine[^\n]*\n", re.MULTILINE)
+SHIFT = 16  # numbers of the map from a periodic side to the other one
+CURVE = 1  # dimension
+NOWHERE = -1, -1  # no entity
+
+Entity = tuple[int, int]  # dimension and tag
+
+
+class _Entities(NamedTuple):
+    """Groups and parts of the entities of a file of version 4; those that are no parts of a partition have no part."""
+
+    group: Mapping[Entity, int]
+    part: Mapping[Entity, int]
+
+
+class _Elements(NamedTuple):
+    """Elements of one kind, and of one entity in version 4."""
+
+    kind: str  # by meshio's name
+    numbers: Integers  # (m,)
+    nodes: Integers  # (m, k) by their numbers
+    group: Integers  # (m,) 0 for none
+    entity: Entity | None = None
 
 
 def read_msh(path: Path) -> Source:
-    """Mesh of Gmsh or of FreeFEM, which have the same ending; errors as of `read_other`."""
+    """Mesh of Gmsh or of FreeFEM, which have the same ending, with its data; FileError if it cannot be read."""
     if is_freefem(path):
         return read_freefem(path)
-    return read_partitioned(path) if is_partitioned(path) else _read(path)
+    data = read_bytes(path).removeprefix(BYTE_ORDER_MARK)
+    form = form_of(data)
+    found: dict[str, list[Section]] = {"Nodes": [], "Elements": []}
+    for section in sections(data):
+        found.setdefault(section.name, []).append(section)
+    for name in ("Nodes", "Elements"):
+        if not found[name]:
+            raise FileError(f"has no ${name}: it is cut off, or holds no mesh")
+    entities = _entities(found, form)
+    points, known = _nodes(found["Nodes"][0], form)
+    elements = list(_elements(found["Elements"][0], form, entities))
+    order = np.argsort(known, kind="stable")
+
+    def at(nodes: Integers) -> Integers:
+        """Places of nodes among all of them, of each by its number; -1 for one that is not there."""
+        place = find_keys(known[order], nodes) if len(known) else np.full(nodes.shape, -1)
+        return np.where(place < 0, -1, order[place])
+
+    of_nodes, notes = data_at(found.get(NODES, ()), form, known)
+    of_elements, more = _data_of_elements(found, form, elements, entities)
+    matching = [at(pairs) for section in found.get("Periodic", ()) for pairs in _periodic(section, form)]
+    if any((pairs < 0).any() for pairs in matching):
+        raise FileError("a periodic side has a node that is not there: the file is damaged")
+    cells = [Block(block.kind, _ordered(block.kind, at(block.nodes))) for block in elements]
+    names = _names(found.get("PhysicalNames", ()))
+    told = tuple(dict.fromkeys([*notes, *more]))
+    return Source(points, cells, of_nodes, of_elements, names, matching=matching, notes=told)
 
 
-def is_partitioned(path: Path) -> bool:
-    """Whether a file of Gmsh has entities that are parts of others, which come before the nodes."""
-    with opened(path) as stream:
-        return any(line.startswith(PARTS) for line in _until_nodes(stream))
+def _data_of_elements(
+    found: Mapping[str, Sequence[Section]], form: Form, elements: Sequence[_Elements], entities: _Entities
+) -> tuple[dict[str, Sequence[Data]], list[str]]:
+    """Data of each block of elements, with its groups and parts, and notes on what is not read."""
+    counts = [len(block.numbers) for block in elements]
+    known = np.concatenate([np.zeros(0, np.int64), *(block.numbers for block in elements)])
+    of_all, notes = data_at(found.get(ELEMENTS, ()), form, known)
+    data: dict[str, Sequence[Data]] = {name: np.split(each, np.cumsum(counts)[:-1]) for name, each in of_all.items()}
+    if any(block.group.any() for block in elements):
+        data[GROUP] = [block.group for block in elements]
+    if entities.part:
+        parts = [entities.part[block.entity or NOWHERE] for block in elements]
+        data[PARTITION] = [np.full(count, part) for count, part in zip(counts, parts, strict=True)]
+    if CORNERS in found:
+        notes.append(f"data at the corners of each element (${CORNERS}) are left out")
+    return data, notes
 
 
-def _until_nodes(stream: Iterable[bytes]) -> Iterator[bytes]:
-    for line in stream:
-        if line.startswith(NODES):
-            return
-        yield line
+def _numbers(section: Section, form: Form) -> Numbers:
+    """Numbers of a section; those of periodic sides are text in version 2.2, and may have lines of words."""
+    if section.name == "Periodic" and (form.version == "2.2" or not form.binary):
+        return Text(AFFINE.sub(b"", section.body), section.name)
+    return Binary(section.body, section.name, form) if form.binary else Text(section.body, section.name)
 
 
-def read_partitioned(path: Path) -> Source:
-    """Mesh of a file with a partition, with the part of each cell, from 0; errors as of `read_other`.
-
-    meshio gets the file with the parts of entities as whole ones, which they are with respect to nodes and cells.
-    Ghosts, of which files of one part alone have cells, are left out: they are copies of cells of other parts.
-    """
-    lines = read_bytes(path).splitlines(keepends=True)
-    if lines[1].split()[1:2] != [b"0"]:
-        raise FileError("has a partition in binary form, which is not read: let Gmsh write it as text")
-    names = [line.strip() for line in lines]
-    begin, end = names.index(PARTS), names.index(b"$EndPartitionedEntities")
-    ghosts = [row.split()[0] for row in names[begin + 3 : begin + 3 + int(names[begin + 2])]]
-    counts, *rows = names[begin + 3 + len(ghosts) : end]
-    entities, part = list[bytes](), dict[tuple[int, int], int]()
-    numbers = [int(count) for count in counts.split()]
-    for dimension, row in zip(np.repeat(range(4), numbers).tolist(), rows, strict=True):
-        words = row.split()
-        parents = 4 + int(words[3])  # words: a tag, dimension and tag of the parent, a number of parts, and these
-        part[dimension, int(words[0])] = int(words[4]) - 1
-        entities.append(b" ".join([words[0], *words[parents:]]))
-    # A box, and a group, without which meshio would give the wrong groups to the others.
-    entities += [tag + b" 0 0 0 0 0 0 1 0 0" for tag in ghosts]
-    numbers[2] += len(ghosts)
-    text = b"\n".join([b"%d %d %d %d" % tuple(numbers), *entities]) + b"\n"
-    first, last = names.index(WHOLE), names.index(b"$EndEntities")
-    with temporary_folder() as folder:
-        plain = Path(folder, path.name)
-        plain.write_bytes(b"".join([*lines[: first + 1], text, *lines[last:begin], *lines[end + 1 :]]))
-        source = _read(plain)
-    return _with_parts(source, part)
+def _names(stored: Iterable[Section]) -> dict[str, Integers]:
+    """Number and dimension of each named group."""
+    found = {}
+    for section in stored:
+        for row in section.body.decode("utf-8", "replace").strip().splitlines()[1:]:
+            words = shlex.split(row)
+            if len(words) != 3:
+                raise FileError(f"has a name of a group in a line {shown(repr(row))}, which is not as it should be")
+            found[words[2]] = np.array([int(words[1]), int(words[0])])
+    return found
 
 
-def _read(path: Path) -> Source:
-    """Mesh as meshio reads it, but for nodes of periodic sides: these it gives by their numbers in the file less 1."""
-    source = read_other(path, "gmsh")  # without the format it would try ANSYS first
-    if not source.matching:
-        return source
-    numbers = NodeNumbers(_numbers_of_nodes(path))
-    return replace(source, matching=[numbers.places(nodes + 1) for nodes in source.matching])
+def _entities(found: Mapping[str, Sequence[Section]], form: Form) -> _Entities:
+    """Groups of all entities, and the part, from 0, of those that a partition has cut."""
+    group, part = dict[Entity, int](), dict[Entity, int]()
+    for section in found.get("Entities", ()):
+        for entity, _, groups in _rows_of_entities(_numbers(section, form), form, cut=False):
+            group[entity] = abs(groups[0]) if groups else 0
+    for section in found.get("PartitionedEntities", ()):
+        numbers = _numbers(section, form)
+        _, ghosts = numbers.sizes(2).tolist()
+        numbers.ints(2 * ghosts)  # copies of cells of other parts
+        for entity, first, groups in _rows_of_entities(numbers, form, cut=True):
+            group[entity] = abs(groups[0]) if groups else 0
+            part[entity] = first - 1
+    return _Entities(group, part)
 
 
-def _numbers_of_nodes(path: Path) -> Integers:
-    """Numbers (n,) of the nodes in their order in a file that meshio has read."""
-    from meshio.gmsh import _gmsh41, main
+def _rows_of_entities(numbers: Numbers, form: Form, cut: bool) -> Iterator[tuple[Entity, int, list[int]]]:
+    """Entities, the first part that each is in, and its groups, which are negative for one that is turned round."""
+    for dimension, count in enumerate(numbers.sizes(4).tolist()):
+        for _ in range(count):
+            tag, first = int(numbers.ints(1)[0]), 0
+            if cut:
+                numbers.ints(2)  # its parent
+                first = int(numbers.ints(int(numbers.sizes(1)[0]))[0])
+            numbers.reals(3 if dimension == 0 and form.version == "4.1" else 6)  # its box
+            groups = numbers.ints(int(numbers.sizes(1)[0])).tolist()
+            if dimension > 0:
+                numbers.ints(int(numbers.sizes(1)[0]))  # entities around it
+            yield (dimension, tag), first, groups
 
-    with opened(path) as stream:
-        while not stream.readline().startswith(FORMAT):
-            pass
-        version, size, is_text = main._read_header(stream)
-        reader = main._readers.get(version) or main._readers[version.partition(".")[0]]
-        while not stream.readline().startswith(NODES):
-            pass
-        if reader is _gmsh41:  # which counts from 0 by itself
-            return np.asarray(reader._read_nodes(stream, is_text, size)[1]) + 1
-        return np.asarray(reader._read_nodes(stream, is_text)[1]).astype(np.int64)
+
+def _nodes(section: Section, form: Form) -> tuple[Floats, Integers]:
+    """Points (n, 3) and the numbers (n,) of nodes, in the order of the file."""
+    if form.version == "2.2":
+        first, body = line(section.body)
+        rows, points = _numbers(section._replace(body=body), form).rows(_count(first, "nodes"), 3)
+        return points, rows
+    numbers = _numbers(section, form)
+    blocks = int(numbers.sizes(2 if form.version == "4.0" else 4)[0])
+    found = [(np.zeros((0, 3)), np.zeros(0, np.int64))]
+    for _ in range(blocks):
+        one, other, parametric = numbers.ints(3).tolist()  # dimension and tag of an entity, in 4.0 tag and dimension
+        count = int(numbers.sizes(1)[0])
+        width = 3 + (0 if not parametric else other if form.version == "4.0" else one)
+        if form.version == "4.0":
+            tags, table = numbers.rows(count, width)
+        else:
+            tags, table = numbers.sizes(count), numbers.reals(count * width).reshape(count, width)
+        found.append((table[:, :3], tags))
+    return np.concatenate([points for points, _ in found]), np.concatenate([tags for _, tags in found])
 
 
-def _with_parts(source: Source, part: Mapping[tuple[int, int], int]) -> Source:
-    """The source with the part of each cell, by the entity that all cells of its block are on; others are left out."""
-    entities = [
-        (DIMENSIONS.get(block.type, 2), int(tags[0]) if len(tags) else -1)
-        for block, tags in zip(source.cells, source.cell_data["gmsh:geometrical"], strict=True)
-    ]
-    own = [k for k, entity in enumerate(entities) if entity in part]
-    blocks = [source.cells[k] for k in own]
-    data = {name: [values[k] for k in own] for name, values in source.cell_data.items()}
-    data[PARTITION] = [np.full(len(source.cells[k].data), part[entities[k]]) for k in own]
-    sets = {name: [chosen[k] for k in own] for name, chosen in source.cell_sets.items()}
-    return replace(source, cells=blocks, cell_data=data, cell_sets=sets)
+def _elements(section: Section, form: Form, entities: _Entities) -> Iterator[_Elements]:
+    """Elements in the order of the file, but for those that a partition has as copies."""
+    if form.version == "2.2":
+        yield from _merged(_old_elements(section, form))
+        return
+    numbers = _numbers(section, form)
+    of_elements = numbers.ints if form.version == "4.0" else numbers.sizes
+    for _ in range(int(numbers.sizes(2 if form.version == "4.0" else 4)[0])):
+        one, other, kind = numbers.ints(3).tolist()
+        entity = (other, one) if form.version == "4.0" else (one, other)
+        count, (name, width) = int(numbers.sizes(1)[0]), _kind(kind)
+        table = of_elements(count * (1 + width)).reshape(count, 1 + width)
+        if not entities.part or entity in entities.part:
+            yield _Elements(name, table[:, 0], table[:, 1:], np.full(count, entities.group.get(entity, 0)), entity)
+
+
+def _old_elements(section: Section, form: Form) -> Iterator[_Elements]:
+    """Elements of version 2.2, which have tags of their own, the first of which is the group."""
+    first, body = line(section.body)
+    left = _count(first, "elements")
+    numbers = _numbers(section._replace(body=body), form)
+    while left > 0:
+        if isinstance(numbers, Text):
+            _, kind, tags = numbers.next(3).tolist()
+            name, width = _kind(kind)
+            table = np.delete(numbers.alike(3 + tags + width, slice(1, 3)), [1, 2], axis=1)
+        else:
+            kind, count, tags = numbers.ints(3).tolist()
+            name, width = _kind(kind)
+            table = numbers.ints(count * (1 + tags + width)).reshape(count, 1 + tags + width)
+        if len(table) == 0 or tags < 0:
+            raise FileError("its elements are not as Gmsh writes them: the file is damaged")
+        left -= len(table)
+        group = table[:, 1] if tags else np.zeros(len(table), np.int64)
+        yield _Elements(name, table[:, 0], table[:, 1 + tags :], group)
+
+
+def _merged(elements: Iterable[_Elements]) -> Iterator[_Elements]:
+    """Elements of one kind that follow each other as one block."""
+    for name, blocks in groupby(elements, key=lambda block: block.kind):
+        numbers, nodes, group = zip(*((block.numbers, block.nodes, block.group) for block in blocks), strict=True)
+        yield _Elements(name, np.concatenate(numbers), np.concatenate(nodes), np.concatenate(group))
+
+
+def _count(text: bytes, what: str) -> int:
+    return int(wholes([text], f"counts of {what}")[0])
+
+
+def _kind(number: int) -> tuple[str, int]:
+    """meshio's name of a kind of elements, by Gmsh's number of it, and how many nodes these have."""
+    from meshio._common import num_nodes_per_cell
+    from meshio.gmsh.common import _gmsh_to_meshio_type
+
+    name = _gmsh_to_meshio_type.get(number)
+    if name is None:
+        raise FileError(f"has elements of the kind {number} of Gmsh, which is not known here")
+    return name, num_nodes_per_cell[name]
+
+
+def _ordered(kind: str, cells: Integers) -> Integers:
+    """Cells (m, k) with their nodes in the order in which meshio has them."""
+    from meshio.gmsh.common import _gmsh_to_meshio_order
+
+    return np.asarray(_gmsh_to_meshio_order(kind, cells))
+
+
+def _periodic(section: Section, form: Form) -> Iterator[Integers]:
+    """Numbers (k, 2) of nodes of two periodic curves each."""
+    numbers = _numbers(section, form)
+    for _ in range(int((numbers.sizes if form.version == "4.1" else numbers.ints)(1)[0])):
+        dimension = int(numbers.ints(3)[0])
+        count = int(numbers.sizes(1)[0])
+        if form.version == "4.1":
+            numbers.reals(count)
+            count = int(numbers.sizes(1)[0])
+        elif count < 0:  # which announces a map
+            numbers.reals(SHIFT)
+            count = int(numbers.sizes(1)[0])
+        pairs = (numbers.sizes if form.version == "4.1" else numbers.ints)(2 * count).reshape(-1, 2)
+        if dimension == CURVE:
+            yield pairs

@@ -1,0 +1,179 @@
+"""Sections of Gmsh's files (.msh), and the numbers in them, as text or in binary form."""
+
+import re
+import warnings
+from collections.abc import Iterator
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Floats, Integers
+from bubblemesh.errors import FileError
+from bubblemesh.meshfiles.sources.source import require_length
+from bubblemesh.messages import shown
+
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # which editors put before text
+HEAD = re.compile(rb"\$MeshFormat\s+(\S+)\s+(\d+)\s+(\d+)[ \t\r]*\n")
+BEGIN = re.compile(rb"^\$(\w+)[ \t\r]*\n", re.MULTILINE)
+VERSIONS = {"2": "2.2", "2.0": "2.2", "2.1": "2.2", "2.2": "2.2", "4": "4.0", "4.0": "4.0", "4.1": "4.1"}
+FOUR_COUNTS = re.compile(rb"^\$Nodes\s+\d+[ \t]+\d+[ \t]+\d+[ \t]+\d+[ \t\r]*\n", re.MULTILINE)  # only version 4.1 has
+ONE = 1  # which a binary file begins with, for the order of its bytes
+
+
+class Form(NamedTuple):
+    """How a file holds numbers."""
+
+    version: str  # 2.2, 4.0 or 4.1
+    binary: bool
+    size: int  # bytes of sizes
+    order: str  # of bytes, as NumPy writes it
+
+
+class Section(NamedTuple):
+    """What stands between $NAME and $EndNAME."""
+
+    name: str
+    body: bytes
+
+
+def form_of(data: bytes) -> Form:
+    """Form of a file's numbers; FileError if the file is none of Gmsh's, or of a version that is not read."""
+    head = HEAD.search(data)
+    if head is None:
+        raise FileError("has no $MeshFormat: it is no mesh of Gmsh, or of its version 1: let Gmsh write version 4.1")
+    version = head[1].decode("ascii", "replace")
+    if version not in VERSIONS:
+        raise FileError(f"is of version {shown(version)} of Gmsh's format: let Gmsh write version 4.1, or 2.2")
+    order = "<" if int.from_bytes(data[head.end() : head.end() + 4], "little") == ONE else ">"
+    # Gmsh calls 4.0 just 4, and other programs 4.1.
+    exact = "4.1" if version == "4" and FOUR_COUNTS.search(data) else VERSIONS[version]
+    size = int(head[3]) if exact == "4.1" else 8
+    if size not in (4, 8):
+        raise FileError(f"has sizes of {size} bytes, where 4 or 8 are to be: it is damaged")
+    return Form(exact, head[2] != b"0", size, order)
+
+
+def sections(data: bytes) -> Iterator[Section]:
+    """All sections of a file; FileError if one does not end."""
+    at = 0
+    while (begin := BEGIN.search(data, at)) is not None:
+        end = data.find(b"$End" + begin[1], begin.end())
+        name = begin[1].decode("ascii", "replace")
+        if end < 0:
+            raise FileError(f"it ends too early: there is no $End{shown(name)}")
+        yield Section(name, data[begin.end() : end])
+        at = end + len(b"$End" + begin[1])
+
+
+class Numbers(Protocol):
+    """Numbers of a section, one after the other; FileError where it ends, or has none."""
+
+    def ints(self, count: int) -> Integers:
+        """Whole numbers (count,)."""
+
+    def sizes(self, count: int) -> Integers:
+        """Whole numbers (count,) that are counts, or numbers of nodes and elements in version 4.1."""
+
+    def reals(self, count: int) -> Floats:
+        """Real numbers (count,)."""
+
+    def rows(self, count: int, width: int) -> tuple[Integers, Floats]:
+        """A whole number (count,) and real ones (count, width) of each of some rows."""
+
+
+class Text:
+    """Numbers that are written as text."""
+
+    def __init__(self, body: bytes, name: str) -> None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of what is no number, at which NumPy ends
+            try:
+                self._values = np.fromstring(body.decode("ascii", "replace"), sep=" ")
+            except (DeprecationWarning, ValueError):
+                raise FileError(f"its section {name} holds what is no number: it is damaged") from None
+        self._at, self._name = 0, name
+
+    def _next(self, count: int) -> Floats:
+        _require_count(count, self._name)
+        found = self._values[self._at : self._at + count]
+        require_length(len(found), count, f"numbers of {self._name}")
+        self._at += count
+        return found
+
+    def ints(self, count: int) -> Integers:
+        return _wholes(self._next(count), self._name)
+
+    sizes = ints
+
+    def reals(self, count: int) -> Floats:
+        return self._next(count)
+
+    def rows(self, count: int, width: int) -> tuple[Integers, Floats]:
+        table = self._next(count * (1 + width)).reshape(count, 1 + width)
+        return _wholes(table[:, 0], self._name), table[:, 1:]
+
+    def next(self, count: int) -> Integers:
+        """The next whole numbers (count,), which stay next."""
+        found = self.ints(count)
+        self._at -= count
+        return found
+
+    def alike(self, width: int, same: slice) -> Integers:
+        """Rows (m, width) from here on, as long as they have the same numbers in some columns; the first is whole."""
+        left = (len(self._values) - self._at) // width
+        require_length(left, 1, f"rows of {self._name}")
+        table = self._values[self._at : self._at + left * width].reshape(left, width)
+        count = looked = 1
+        while count == looked and looked < left:  # at twice as many rows each time, since there may be many kinds
+            looked = min(2 * looked, left)
+            other = (table[:looked, same] != table[0, same]).any(axis=1)
+            count = int(other.argmax()) if other.any() else looked
+        self._at += count * width
+        return _wholes(table[:count], self._name)
+
+
+class Binary:
+    """Numbers in the bytes of a computer."""
+
+    def __init__(self, body: bytes, name: str, form: Form) -> None:
+        self._body, self._name, self._form, self._at = body, name, form, 0
+
+    def _next(self, kind: np.dtype[Any], count: int) -> NDArray[Any]:
+        _require_count(count, self._name)
+        left = (len(self._body) - self._at) // kind.itemsize
+        require_length(left, count, f"numbers of {self._name}")
+        found = np.frombuffer(self._body, kind, count, self._at)
+        self._at += count * kind.itemsize
+        return found
+
+    def ints(self, count: int) -> Integers:
+        return self._next(np.dtype(f"{self._form.order}i4"), count).astype(np.int64)
+
+    def sizes(self, count: int) -> Integers:
+        return self._next(np.dtype(f"{self._form.order}i{self._form.size}"), count).astype(np.int64)
+
+    def reals(self, count: int) -> Floats:
+        return self._next(np.dtype(f"{self._form.order}f8"), count).astype(float)
+
+    def rows(self, count: int, width: int) -> tuple[Integers, Floats]:
+        kind = np.dtype([("number", f"{self._form.order}i4"), ("values", f"{self._form.order}f8", (width,))])
+        found = self._next(kind, count)
+        return found["number"].astype(np.int64), found["values"].astype(float)
+
+
+def line(body: bytes) -> tuple[bytes, bytes]:
+    """First line of a body that is not empty, and what follows it."""
+    first, _, rest = body.lstrip(b"\r\n").partition(b"\n")
+    return first.strip(), rest
+
+
+def _require_count(count: int, name: str) -> None:
+    if count < 0:
+        raise FileError(f"its section {name} has a count below 0: it is damaged")
+
+
+def _wholes(values: Floats, name: str) -> Integers:
+    if not (np.abs(values) <= np.iinfo(np.int64).max // 2).all() or (values != np.round(values)).any():
+        raise FileError(f"its section {name} has numbers that are not whole: it is damaged")
+    return values.astype(np.int64)
