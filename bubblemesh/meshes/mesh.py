@@ -409,7 +409,7 @@ class Mesh:
     def write(self, path: Path | str, *, sidecars: bool = False) -> list[str]:
         """Write the mesh in the format of the path's ending, and return the names of the files: one in most formats.
 
-        An ending in capital letters is taken, and the file has it in small ones.
+        An ending may be in capital letters.
 
         Formats that hold data of triangles get the ``fields``, in any case the quality, and STEM.sol is written beside
         STEM.mesh for the metric at the nodes. Quadrilaterals are written as two triangles if the format does not hold

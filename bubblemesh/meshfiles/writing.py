@@ -42,6 +42,7 @@ def write_files(
     tables: Mapping[str, str] = NO_TABLES,
     page: Page | None = None,
     *,
+    ending: str | None = None,
     lasting: bool = True,
 ) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
@@ -64,6 +65,8 @@ def write_files(
         Text of more files, by the end of their names.
     page : callable, optional
         Makes the text of NAME.html from the report as written but for the time that this takes.
+    ending : str, optional
+        That of the first file where it is spelled otherwise than by its format, as in NAME.MSH.
     lasting : bool
         Whether a power cut may not take the files; those that are read at once need not be brought to the disk.
 
@@ -78,7 +81,7 @@ def write_files(
     require_order(formats, frame.order)
     labels = _labels(frame, formats)
     tables = {**tables, **({} if labels is None else {LABELS_FILE: labels}), **_metric(frame, formats)}
-    files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])), _parts(mesh))
+    files = file_names(name, formats, (*tables, *([PAGE_FILE] if page else [])), _parts(mesh), ending)
     _check_distinct(files, folder)
     begun = perf_counter()
     enter("writing")
@@ -89,6 +92,7 @@ def write_files(
                 format_named(form).write_slices(mesh, path)
             else:
                 format_named(form).write(mesh, fields, path)
+        _spell(staging, name, formats[0], ending)
         _write_tables(tables, staging, name)
         written = _completed(report, files, "writing", perf_counter() - begun)
         if page is not None:
@@ -99,16 +103,22 @@ def write_files(
     return written
 
 
-def file_names(name: str, formats: Sequence[str], tables: Iterable[str] = (), parts: int = 1) -> list[str]:
-    """Names of all files of a mesh in so many parts, the report last; an impossible name or format is a CaseError."""
+def file_names(
+    name: str, formats: Sequence[str], tables: Iterable[str] = (), parts: int = 1, ending: str | None = None
+) -> list[str]:
+    """Names of all files of a mesh in so many parts, the report last; an impossible name or format is a CaseError.
+
+    The first one may have its own ``ending``.
+    """
     meshes = [stem + end for form, stem in stems(name, formats) for end in format_named(form).ends(parts)]
+    meshes[:1] = meshes[:1] if ending is None else [name + ending]
     return _checked(name, [*meshes, *(name + end for end in (*tables, _REPORT))])
 
 
 def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Write a mesh in the format of the path's ending, and STEM.report.json beside it; else as `write_files`."""
     form, stem = _form_at(path)
-    return write_files(mesh, fields, report, path.parent, stem, [form])
+    return write_files(mesh, fields, report, path.parent, stem, [form], ending=path.name.removeprefix(stem))
 
 
 def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
@@ -123,8 +133,17 @@ def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
     enter("writing")
     with transaction(path.parent) as staging:
         format_named(form).write(mesh, fields, staging / files[0])
+        ending = path.name.removeprefix(stem)
+        _spell(staging, stem, form, ending)
         _write_tables(metric, staging, stem)
-    return files
+    return [stem + ending, *files[1:]]
+
+
+def _spell(folder: Path, name: str, form: str, ending: str | None) -> None:
+    """Give a format's first file the ending that is asked for; other files are what that one may name."""
+    usual = format_named(form).files[0]
+    if ending not in (None, usual):
+        (folder / f"{name}{usual}").rename(folder / f"{name}{ending}")
 
 
 def _write_tables(tables: Mapping[str, str], folder: Path, name: str) -> None:

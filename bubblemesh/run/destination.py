@@ -102,13 +102,14 @@ class Destination:
     page: bool = False  # whether a page to look at is written too
     lasting: bool = True  # whether the files outlast a power cut
     parts: int = 1  # of the mesh, at most
+    ending: str | None = None  # of a single mesh file, as the user spells it
 
     @cached_property
     def names(self) -> list[str]:
         """Names of all files that may be written into the folder."""
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
         tables += [METRIC_FILE] if MEDIT in self.formats else []
-        return file_names(self.name, self.formats, tables, self.parts)
+        return file_names(self.name, self.formats, tables, self.parts, self.ending)
 
     def load(self) -> None:
         """Load what writes the formats."""
@@ -135,7 +136,8 @@ class Destination:
     ) -> dict[str, Any]:
         """Write a mesh and a report of it, as `deliver` those of a run; see `write_files`."""
         told = _with_formats_told(report, mesh, self.formats)
-        return write_files(mesh, fields, told, self.folder, self.name, self.formats, tables, page, lasting=self.lasting)
+        where = self.folder, self.name, self.formats
+        return write_files(mesh, fields, told, *where, tables, page, ending=self.ending, lasting=self.lasting)
 
 
 @record
@@ -214,16 +216,19 @@ def destination_beside(
     formats = _distinct(requested or keys.formats)
     if output == "":
         raise CaseError("-o: the name is empty: name a folder, a file, or - for the standard output")
+    ending = None
     if output is not None:
         folder = Path(output)
         if _is_file(output):
             formats = (_format_of(folder, requested, keys.formats),)
             options.require_only(formats[0])
-            folder, name = folder.parent, stem_of(folder.name, formats[0])
+            file, folder = folder.name, folder.parent
+            name = stem_of(file, formats[0])
+            ending = file.removeprefix(name)
     require_order(formats, keys.order)
     page = keys.report if options.page is None else options.page
     parts = keys.partition or (1 if whole_only(formats) else slices)
-    place = Destination(folder, name, formats, options.history, page, parts=parts)
+    place = Destination(folder, name, formats, options.history, page, parts=parts, ending=ending)
     names = place.names
     for path in inputs:
         own, file = split(realpath(path))  # a link that has the name of a file to write is replaced by it

@@ -94,7 +94,7 @@ def test_the_files_go_to_the_folder_that_the_case_names_beside_it(tmp_path):
         (["-o", "a.nodes.csv"], "a.nodes.csv", b"x,y,boundary,label,nx,ny\n"),
         (["-o", "a.msh", "--format", "msh-ascii"], "a.msh", b"$MeshFormat\n2.2 0 8"),
         (["-o", "a.msh", "--for", "openfoam"], "a.msh", b"$MeshFormat\n2.2 0 8"),
-        (["-o", "A.MSH", "--for", "openfoam"], "A.msh", b"$MeshFormat\n2.2 0 8"),
+        (["-o", "A.MSH", "--for", "openfoam"], "A.MSH", b"$MeshFormat\n2.2 0 8"),
         (["--for", "su2"], "square.su2", b"NDIME= 2"),
         (["--set", "output.for=calculix"], "square.inp", b"*HEADING"),
         (["--set", "output.for=calculix", "-o", "a.su2"], "a.su2", b"NDIME= 2"),

@@ -177,10 +177,14 @@ def test_an_unknown_ending_names_the_known_ones(mesh, fields, tmp_path, name):
 
 
 def test_endings_may_be_in_capital_letters(mesh, fields, tmp_path):
-    assert mesh.write(tmp_path / "A.MSH") == ["A.msh"]
-    assert write_file(mesh, fields, {}, tmp_path / "b.Nodes.CSV")["files"][0] == "b.nodes.csv"
-    (tmp_path / "A.msh").rename(tmp_path / "C.MSH")
-    np.testing.assert_array_equal(Mesh.read(tmp_path / "C.MSH").triangles, mesh.triangles)
+    assert mesh.write(tmp_path / "A.MSH") == ["A.MSH"]
+    np.testing.assert_array_equal(Mesh.read(tmp_path / "A.MSH").triangles, mesh.triangles)
+    assert mesh.write(tmp_path / "a.XDMF") == ["a.XDMF", "a.h5", "a_facets.xdmf", "a_facets.h5"]
+    np.testing.assert_array_equal(Mesh.read(tmp_path / "a.XDMF").triangles, mesh.triangles)
+    assert write_file(mesh, fields, {}, tmp_path / "b.Nodes.CSV")["files"][0] == "b.Nodes.CSV"
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"A.MSH", "a.XDMF", "b.Nodes.CSV"} <= names
+    assert not {"A.msh", "a.xdmf", "b.nodes.csv"} & names
     mesh.plot(tmp_path / "d.PNG")
     assert (tmp_path / "d.PNG").read_bytes().startswith(b"\x89PNG")
 
