@@ -290,4 +290,16 @@ def _read(path: Path) -> Source:
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
     except Exception as error:  # readers of foreign formats fail in any way
-        raise FileError(f"{path}: is no mesh that can be read ({cause(error, LONGEST_REASON)})") from error
+        raise FileError(f"{path}: is no mesh that can be read ({_reason(error)})") from error
+
+
+def _reason(error: Exception) -> str:
+    """What an error of a reader, or of NumPy and h5py below it, means for the file."""
+    if isinstance(error, IndexError):
+        return "it ends too early, or holds less than it tells"
+    if isinstance(error, UnicodeDecodeError):
+        return "it holds bytes that are no text: it is damaged, or in binary form"
+    told = cause(error, LONGEST_REASON)
+    if isinstance(error, KeyError):
+        return f"it is damaged, or what it needs is not known here: {told}"
+    return f"its numbers are not as its format asks for: {told}" if isinstance(error, ValueError) else told

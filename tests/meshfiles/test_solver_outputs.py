@@ -343,11 +343,22 @@ def test_very_many_nodes_in_one_place_are_no_mesh():
         ("a.mesh", "hello\n", "has no Dimension 2 or 3"),
         ("a.h5", "x", "holds the numbers of an XDMF file: give the .xdmf file beside it"),
         ("a.xyz", "x", "is no mesh that can be read"),
+        (
+            "a.off",
+            "OFF\n3 1 0\n0 0 0\n1 0",
+            "is no mesh that can be read .its numbers are not as its format asks for: cannot reshape",
+        ),
+        (
+            "a.avs",
+            "3 1 0 0 0\n1 0 0 0\n",
+            "is no mesh that can be read .it ends too early, or holds less than it tells",
+        ),
+        ("a.inp", b"*NODE\n1, 0, \xff\n", "is no mesh that can be read .it holds bytes that are no text"),
         ("a.msh", "3 1 0\n0 0 0\n1 0 0\n", "it ends too early: it has 6 of 13 numbers"),
     ],
 )
 def test_the_reason_is_told_with_the_file(name, content, message, tmp_path):
-    (tmp_path / name).write_text(content)
+    (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(FileError, match=rf"{name}: ({message})") as caught:
         read_nodal_field(tmp_path / name, None)
     assert "format that its ending names" not in str(caught.value)

@@ -35,7 +35,7 @@ def view(kind="TT", function=tensor, steps=1, more=""):
 
 def written(tmp_path, text):
     path = tmp_path / "sizes.pos"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     return path
 
 
@@ -55,6 +55,14 @@ def test_triangles_share_the_nodes_in_the_same_places(tmp_path):
     assert len(read.points) == 4
     np.testing.assert_allclose(read.values[:, 0], read.points @ [1, 2])
     assert len(read_mesh(tmp_path / "sizes.pos").mesh.points) == 4
+
+
+def test_a_byte_order_mark_does_no_harm(tmp_path):
+    path = written(tmp_path, "\ufeff" + view("ST", lambda x, y: [x]).partition("\n")[2])
+    assert len(read_mesh(path).mesh.points) == 4
+    path = tmp_path / "freefem.msh"
+    path.write_text("\ufeff3 1 0\n0 0 0\n1 0 0\n1 1 0\n1 2 3 0\n", encoding="utf-8")
+    assert len(read_mesh(path).mesh.points) == 3
 
 
 def test_of_several_steps_the_last_one_is_read(tmp_path):

@@ -9,6 +9,7 @@ import numpy as np
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
+from bubblemesh.meshfiles.sources.msh_sections import BYTE_ORDER_MARK
 from bubblemesh.meshfiles.sources.source import Block, Source, reals
 
 COMPONENTS = {b"ST": 1, b"VT": 3, b"TT": 9}  # of triangles
@@ -36,7 +37,8 @@ def read_pos(path: Path) -> Source:
     but triangles, points, lines and texts.
     """
     # Remarks become blanks, in which lines stay lines.
-    text = REMARK.sub(lambda remark: re.sub(rb"[^\n]", b" ", remark[0]), read_bytes(path))
+    content = read_bytes(path).removeprefix(BYTE_ORDER_MARK)
+    text = REMARK.sub(lambda remark: re.sub(rb"[^\n]", b" ", remark[0]), content)
     head = VIEW.match(text)
     if head is None:
         raise FileError('does not begin with View "name" {: let Gmsh write the view in its parsed text format')
