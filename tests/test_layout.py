@@ -171,6 +171,12 @@ def test_the_root_holds_the_doors_and_few_modules():
     assert len(loose) <= MOST_LOOSE_MODULES
 
 
+def test_no_test_imports_another_one():
+    """What several of them need has a module of its own beside them; scripts within texts count, too."""
+    for path in (ROOT / "tests").rglob("*.py"):
+        assert not re.findall(r"^ *(?:from|import) test_\w+", path.read_text(), flags=re.MULTILINE), path
+
+
 @pytest.mark.parametrize(
     "outer",
     ["{rectangle: [0, 0, 1, 1]}", "{path: [[0, 0], [1, 0], {spline: {through: [[1, 1], [0.5, 0.8], [0, 0]]}}]}"],

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from metrics import random_tensors
-from test_linking import SIDES, scattered
+from scattered_points import SIDES, scattered
 from twins import needs_compiler
 
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_linking import SIDES
+from scattered_points import SIDES
 from twins import needs_compiler
 
 from bubblemesh.geometry.distance.chord_runs import ChordRuns

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from invariants import check_mesh
 from sandwiches import ODD, names_of, sandwich
-from test_output import holed_square
+from squares import holed_square
 
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.conformity import require_conforming

@@ -10,18 +10,16 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from format_names import ALL
 from squares import fields_of, holed_square
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids
 from bubblemesh.meshfiles.text import json_ready, json_text
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.meshfiles.writing import write_file, write_files, write_stream
 
-# Those that share an ending with an earlier one cannot stand beside it.
-ALL = tuple(name for name, form in FORMATS.items() if name == form.files[0][1:])  # one for each ending
 ALL_FILES = [
     *("plate.msh", "plate.vtu", "plate.vtk", "plate.xdmf", "plate.h5", "plate_facets.xdmf", "plate_facets.h5"),
     *("plate.pvtu", "plate_0.vtu"),
@@ -369,7 +367,8 @@ FULL_DISK = """
 import resource, sys
 from pathlib import Path
 sys.path[:0] = sys.argv[1], str(Path(sys.argv[1]).parent)
-from test_output import ALL, fields_of, holed_square
+from format_names import ALL
+from squares import fields_of, holed_square
 from bubblemesh.errors import FileError
 from bubblemesh.meshfiles.writing import write_files
 import h5py, meshio

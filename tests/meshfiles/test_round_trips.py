@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import skfem
 from sandwiches import sandwich
+from solver_programs import python_with, run
 from squares import fields_of, holed_square
-from test_solvers import python_with, run
 
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, region_ids

@@ -10,6 +10,7 @@ from xml.etree import ElementTree as ET
 import h5py
 import numpy as np
 import pytest
+from format_names import IN_SLICES
 
 from bubblemesh.case import load_case
 from bubblemesh.meshes.division import GEOMETRY
@@ -57,7 +58,6 @@ parts: 3
 """
 CASES = {"plate": PLATE, "areas": AREAS, "disc": DISC}
 WITHOUT_PARTITION = ("xdmf", "nodes.npz", "nodes.csv")
-IN_SLICES = [name for name, form in FORMATS.items() if form.slices is not None]
 
 
 def sliced_of(text, folder):
@@ -260,8 +260,8 @@ from pathlib import Path
 sys.path[:0] = sys.argv[1], str(Path(sys.argv[1]).parent)
 import h5py, meshio
 import numpy as np
+from format_names import IN_SLICES
 from squares import fields_of, holed_square
-from test_slices import IN_SLICES
 from bubblemesh.errors import FileError
 from bubblemesh.meshes.sliced import Slice, SlicedMesh
 from bubblemesh.meshfiles.writing import write_files

@@ -6,7 +6,8 @@ import re
 import numpy as np
 import pytest
 import skfem
-from test_solvers import SYSTEM, blocks, mfem_python, openfoam, program, python_with, run
+from solver_programs import SYSTEM, mfem_python, openfoam, program, python_with, run
+from solvers_page import blocks
 
 from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import signed_areas

@@ -4,7 +4,7 @@ import meshio
 import numpy as np
 import pytest
 from solver_files import apart, dolfinx_xdmf, frd, freefem_msh, medit, vtk_binary, vtu
-from test_output import holed_square
+from squares import holed_square
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshfiles.coincident import places

@@ -1,18 +1,15 @@
 """What docs/solvers.md shows, run in the solvers that are installed, and compared with exact solutions."""
 
 import json
-import os
 import re
-import shutil
 import subprocess
 import sys
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 import skfem
-from paths import ROOT
+from solver_programs import SECONDS, SYSTEM, mfem_python, openfoam, program, python_with, run
+from solvers_page import PAGE, blocks, meshed, prepare
 
 import bubblemesh
 from benchmarks.solvers.programs import CONDUCTIVITY, SCRIPTS
@@ -21,61 +18,7 @@ from bubblemesh.meshfiles.writing import write_files
 
 pytestmark = pytest.mark.solver
 
-PAGE = (ROOT / "docs" / "solvers.md").read_text()
 SPACINGS = (0.2, 0.1, 0.05, 0.025)
-SECONDS = 300
-
-
-def blocks(heading, language):
-    """Code blocks of a section of the page."""
-    (section,) = re.findall(rf"^## {heading}\n(.*?)(?=^## |\Z)", PAGE, flags=re.DOTALL | re.MULTILINE)
-    return re.findall(rf"```{language}\n(.*?)```", section, flags=re.DOTALL)
-
-
-def commands(heading):
-    """Runs of the command line that a section names."""
-    (section,) = re.findall(rf"^## {heading}\n(.*?)(?=^## |\Z)", PAGE, flags=re.DOTALL | re.MULTILINE)
-    return re.findall(r"`bubblemesh (run disc\.yaml .*?)`", section)
-
-
-def prepare(heading, folder, *more):
-    """Write the case of the page and run the command of a section."""
-    (command,) = commands(heading)
-    meshed(folder, *command.split()[1:], *more)
-
-
-def meshed(folder, case, *options):
-    """Write the page's cases and mesh one of them."""
-    for text in re.findall(r"```yaml\n(# .*?)```", PAGE, flags=re.DOTALL):
-        (folder / text[2:].split()[0]).write_text(text)
-    line = [sys.executable, "-m", "bubblemesh", "run", case, *options, "--quiet"]
-    subprocess.run(line, cwd=folder, check=True, capture_output=True, timeout=SECONDS)
-
-
-def run(line, folder, **options):
-    """Standard output of a solver that has to succeed."""
-    done = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=SECONDS, **options)
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
-    return done.stdout
-
-
-def program(*names):
-    """Path of a program; without it the test is skipped."""
-    for name in names:
-        if shutil.which(name):
-            return shutil.which(name)
-    pytest.skip(f"{names[0]} is not installed, so that its reading of the files is not tested")
-
-
-@cache
-def python_with(*modules):
-    """A Python that has the modules, this one, another one on the path, or the system's; None without."""
-    others = [str(Path(folder, "python3")) for folder in os.environ.get("PATH", "").split(os.pathsep)]
-    for python in dict.fromkeys((sys.executable, *others, "/usr/bin/python3")):
-        code = "import " + ", ".join(modules)
-        if Path(python).exists() and subprocess.run([python, "-c", code], capture_output=True).returncode == 0:
-            return python
-    return None
 
 
 def test_the_page_shows_every_solver_and_format():
@@ -272,14 +215,6 @@ print("error", u.ComputeL2Error(exact), mesh.GetNE(), mesh.GetNBE())
 """
 
 
-def mfem_python():
-    """A Python with MFEM; without it the test is skipped."""
-    python = python_with("mfem.ser")
-    if python is None:
-        pytest.skip("the Python package mfem is not installed, so that MFEM's reading of the files is not tested")
-    return python
-
-
 @pytest.mark.parametrize(("order", "bound"), [(1, 0.005), (2, 0.0001)])
 def test_mfem_solves_with_the_labels(tmp_path, order, bound):
     python = mfem_python()
@@ -405,23 +340,6 @@ def test_dealii_finds_materials_and_boundaries(tmp_path):
 
 
 # OpenFOAM
-
-SYSTEM = {
-    "controlDict": "startFrom startTime; startTime 0; stopAt endTime; endTime 1; deltaT 1; writeInterval 1;\n",
-    "fvSchemes": "ddtSchemes {} gradSchemes {} divSchemes {} laplacianSchemes {}\n",
-    "fvSolution": "solvers {}\n",
-}
-ETC = Path("/usr/share/openfoam")  # where Debian keeps what OpenFOAM's programs look for
-
-
-def openfoam(folder, lines, system):
-    """What OpenFOAM's programs print in a case folder with these files in ``system``."""
-    (folder / "system").mkdir()
-    for name, text in system.items():
-        head = f"FoamFile {{version 2.0; format ascii; class dictionary; object {name};}}\n"
-        (folder / "system" / name).write_text(head + text)
-    environment = os.environ if "WM_PROJECT_DIR" in os.environ else {**os.environ, "WM_PROJECT_DIR": str(ETC)}
-    return run(["bash", "-ec", lines], folder, env=environment)
 
 
 def test_openfoam_finds_a_sound_plane_mesh(tmp_path):

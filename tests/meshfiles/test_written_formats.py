@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import skfem
 from sandwiches import ODD, names_of, sandwich, written
-from test_output import holed_square
+from squares import holed_square
 
 from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, plain_words, region_ids
 from bubblemesh.meshfiles.write.nodes import nodes_of

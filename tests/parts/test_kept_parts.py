@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import command, contents
-from test_parted import AREAS, CHECKS, DISC, PERIODIC, REGIONS, case
+from part_cases import AREAS, CHECKS, DISC, PERIODIC, REGIONS, case
 from typer.testing import CliRunner
 
 from bubblemesh.cli import app

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_ellipse_rounds import METHOD, front, settled_ellipses
+from ellipse_packings import METHOD, front, settled_ellipses
 from twins import needs_compiler
 
 from bubblemesh.packing.ellipses.annealing import annealed

@@ -3,6 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from ellipse_packings import METHOD, SQUARE, front, packed, settled_ellipses, settled_net
 from lattices import hexagon, hexagon_domain
 from metrics import tensor_metric, uniform_metric
 
@@ -20,40 +21,18 @@ from bubblemesh.packing.ellipses.population import controlled
 from bubblemesh.packing.ellipses.schemes import Schemes
 from bubblemesh.packing.ellipses.smoothing import costs, metrics_at, smoothed
 from bubblemesh.packing.ellipses.trials import tried
-from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
-from bubblemesh.packing.rounds import rounds
 from bubblemesh.packing.smoothing import NoSmoothing
 from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import MetricSpacing
-
-METHOD = METHODS["ellipses"]
-SQUARE = Domain.of(rings.polygon([[0, 0], [1, 0], [1, 1], [0, 1]]))
 
 
 def stretched_hexagon(side, factor):
     """A hexagon that is longer along x by a factor: a lattice of ellipses fills it."""
     corners = hexagon_domain(side).boundary.corners * [factor, 1]
     return Domain.of(rings.polygon(corners))
-
-
-def front():
-    """Ellipses along a bent front, ten times as long as wide."""
-
-    def tensors(x, y):
-        slope = 0.4 * np.pi * np.cos(2 * np.pi * x)
-        long = np.hypot(1, slope)
-        across = np.minimum(0.01 + 0.2 * np.abs(y - 0.5 - 0.2 * np.sin(2 * np.pi * x)) / long, 0.1)
-        return of_axes(across, np.full(len(x), 0.1), np.column_stack([1 / long, slope / long]))
-
-    return tensor_metric(tensors, 10.0).straightened()
-
-
-def packed(domain, spacing, watch=lambda share: None, method=METHOD):
-    levels = method.levels(domain, spacing, 0)
-    return list(rounds(method.placement(domain, levels[0], 10**6), domain, levels, method, watch))
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.5, 20.0])
@@ -282,17 +261,6 @@ def test_smoothing_goes_by_the_metric_that_is_asked_for():
     wider = MetricSpacing.of(lambda x, y: spacing.ellipses(x, y).wider(2.0), bent=spacing.bent)
     done, other = (smoothed(net, SQUARE, one, METHOD.smoothing) for one in (spacing, wider))
     np.testing.assert_array_equal(done.net.bubbles.x, other.net.bubbles.x)
-
-
-def settled_ellipses():
-    """Ellipses of the front that have settled, but are not finished."""
-    net = settled_net()
-    return flipped_net(net, net.bubbles, net.triangles, front())
-
-
-def settled_net():
-    """A net of the front that has settled, but is not finished."""
-    return packed(SQUARE, front())[0].net
 
 
 def test_metrics_of_triangles_are_linear_around_them():

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from test_boundary_placement import DOMAINS, SPACINGS
+from domains_and_spacings import DOMAINS, SPACINGS
 
 from bubblemesh.spacing.rules.sources import LONGEST, short_intervals
 from bubblemesh.spacing.spacing import Spacing
