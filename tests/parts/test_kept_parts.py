@@ -7,8 +7,10 @@ import subprocess
 import sys
 import time
 from contextlib import nullcontext
+from functools import cache
 from io import BytesIO
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -34,19 +36,19 @@ domain:
   lines:
     - {path: [[0.1, 0.2], [1.9, 0.8]]}
     - {path: [[0.1, 0.8], [1.2, 0.4], [1.9, 0.2]]}
-spacing: 0.016
+spacing: 0.022
 """
 FINE = {
-    "disc": DISC.replace("0.04 + 0.05", "0.012 + 0.015"),
-    "regions": REGIONS.replace("0.1,", "0.035,").replace("0.06}", "0.025}"),
+    "disc": DISC.replace("0.04 + 0.05", "0.018 + 0.022"),
+    "regions": REGIONS.replace("0.1,", "0.06,").replace("0.06}", "0.05}"),
     "lines": LINES,
-    "periodic": PERIODIC.replace("0.04 + 0.02", "0.018 + 0.01"),
+    "periodic": PERIODIC.replace("0.04 + 0.02", "0.02 + 0.011"),
 }
 EXACT = "nodes", "triangles", "boundary_nodes", "bounds", "area", "area_error", "force_evaluations"
 BINS = 2e-3  # of quantiles from histograms of a few thousand numbers
 PLATE = """
 domain: {outer: {rectangle: [0, 0, 2, 1]}}
-spacing: 0.02
+spacing: 0.05
 output: {formats: [xdmf]}
 """
 
@@ -58,6 +60,18 @@ def sliced(given, folder):
     result = mesh_case_in_slices(given, Keeping(lambda scale: InFolder(folder), True), nothing, nothing, alone)
     assert isinstance(result, SlicedResult)
     return result
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory):
+    """By name, a fine case of three parts, its result in slices, and the folder that keeps them: made once."""
+
+    @cache
+    def made(name):
+        given, folder = case(FINE[name], 3), tmp_path_factory.mktemp(name)
+        return given, sliced(given, folder), folder
+
+    return made
 
 
 def gathered(mesh):
@@ -77,9 +91,9 @@ def by_place(points, triangles, *columns):
 
 
 @pytest.mark.parametrize("name", FINE)
-def test_a_mesh_in_slices_is_the_one_that_is_made_at_once(name, tmp_path):
-    given = case(FINE[name], 4)
-    whole, result = mesh_case(given), sliced(given, tmp_path)
+def test_a_mesh_in_slices_is_the_one_that_is_made_at_once(name, packed):
+    given, result, _ = packed(name)
+    whole = mesh_case(given)
     mesh, one = result.mesh, whole.mesh
     assert (mesh.sizes[:, 0] > 100).all()
     points, triangles, regions, fields = gathered(mesh)
@@ -148,15 +162,15 @@ def test_a_kept_part_is_the_one_that_was_given(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == [f"part-{k}.npz" for k in range(3)]
 
 
-def kept_in(folder, parts):
-    """A store with the parts of a case."""
-    keeping = Keeping(lambda scale: InFolder(folder), True)
-    mesh_case_in_slices(case(FINE["regions"], parts), keeping, lambda row: None, lambda share: None, alone)
-    return InFolder(folder)
+@pytest.fixture
+def files(packed, tmp_path):
+    """A store of its own with the parts of a case."""
+    _, _, folder = packed("regions")
+    copytree(folder, tmp_path, dirs_exist_ok=True)
+    return InFolder(tmp_path)
 
 
-def test_a_part_with_another_number_is_none(tmp_path):
-    files = kept_in(tmp_path, 2)
+def test_a_part_with_another_number_is_none(files, tmp_path):
     (tmp_path / "part-0.npz").rename(tmp_path / "part-1.npz")
     assert files.margin(1) is None
     with pytest.raises(FileError, match=r"part-1\.npz: this is no part of a mesh: remove it \(it is another one\)"):
@@ -164,9 +178,10 @@ def test_a_part_with_another_number_is_none(tmp_path):
 
 
 @pytest.mark.parametrize("place", [b"", b"core.target.npy", b"core.triangles.npy", b"core.quality.npy"])
-def test_a_part_of_which_a_digit_has_changed_is_none(place, tmp_path):
+def test_a_part_of_which_a_digit_has_changed_is_none(place, files, tmp_path):
     """Its arrays may claim to be shorter than they are."""
-    files, path = kept_in(tmp_path, 2), tmp_path / "part-0.npz"
+    path = tmp_path / "part-0.npz"
+    assert files.margin(0) is not None
     content = bytearray(path.read_bytes())
     digit = content.index(b"'shape': (", content.index(place)) + len(b"'shape': (")
     content[digit] ^= 1
@@ -213,11 +228,22 @@ def test_what_is_no_part_is_told_with_its_file(tmp_path, content):
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
-    """A folder with a case of two parts that may stay in slices."""
+def folder(tmp_path, monkeypatch):
+    """A folder with a case whose parts may stay in slices."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "plate.yaml").write_text(PLATE)
     return tmp_path
+
+
+@pytest.fixture
+def here(folder, monkeypatch):
+    """Such a folder, of a case whose parts are packed in this process, as no workers have to start for that."""
+    pack_here(monkeypatch)
+    return folder
+
+
+def pack_here(monkeypatch):
+    monkeypatch.setattr("bubblemesh.workers.crew.crew_of", lambda *hired: nullcontext(alone))
 
 
 def noted_parts(monkeypatch, most=10):
@@ -230,30 +256,31 @@ def noted_parts(monkeypatch, most=10):
         numbers.append(number)
         keep(self, number, part)
 
-    monkeypatch.setattr("bubblemesh.workers.crew.crew_of", lambda *hired: nullcontext(alone))
+    pack_here(monkeypatch)
     monkeypatch.setattr(InFolder, "keep", noted)
     return numbers
 
 
-def test_files_are_the_same_whether_a_run_was_ended_on_its_way(here, monkeypatch):
+def test_files_are_the_same_whether_a_run_was_ended_on_its_way(folder, monkeypatch):
     options = "--parts", "3", "--jobs", "1", "-q"
-    assert command("run", "plate.yaml", "-o", "once", *options)[0] == 0
     with monkeypatch.context() as patch:
+        pack_here(patch)
+        assert command("run", "plate.yaml", "-o", "once", *options)[0] == 0
         done = noted_parts(patch, most=2)
         code, _, told = command("run", "plate.yaml", "-o", "again", "--resume", *options)
     assert code == 5
     assert told.endswith(": no more\n")
-    (kept,) = (here / "again").iterdir()
+    (kept,) = (folder / "again").iterdir()
     assert {path.name for path in (kept / "1.0").iterdir()} == {f"part-{number}.npz" for number in done}
     times = {number: InFolder(kept / "1.0").margin(number).record.seconds for number in done}
-    (here / "again" / ".plate.parts-0123").mkdir()  # of another state of the case
+    (folder / "again" / ".plate.parts-0123").mkdir()  # of another state of the case
     assert command("run", "plate.yaml", "-o", "again", "--resume", *options)[0] == 0
-    report = json.loads((here / "again/plate.report.json").read_text())
+    report = json.loads((folder / "again/plate.report.json").read_text())
     # They were not packed again.
     assert {number: report["rounds"][number]["seconds"] for number in done} == times
-    assert contents(here / "again").keys() == contents(here / "once").keys()
+    assert contents(folder / "again").keys() == contents(folder / "once").keys()
     for name in ("plate.h5", "plate_facets.h5", "plate.xdmf"):
-        assert (here / "again" / name).read_bytes() == (here / "once" / name).read_bytes()
+        assert (folder / "again" / name).read_bytes() == (folder / "once" / name).read_bytes()
 
 
 def ended_on_its_way(monkeypatch, *words):
@@ -355,9 +382,9 @@ def test_parts_that_would_be_too_many_files_are_refused_before_the_work(here):
 
 
 @pytest.mark.parametrize("options", [[], ["--resume"]])
-def test_a_failed_run_leaves_nothing(here, options):
+def test_a_failed_run_leaves_nothing(folder, options):
     resource = pytest.importorskip("resource", reason="Windows has no limit on the size of files")
-    before, limits = contents(here), resource.getrlimit(resource.RLIMIT_FSIZE)
+    before, limits = contents(folder), resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))  # of workers, which write the parts, too
     try:
         code, _, told = command("run", "plate.yaml", "-o", "new/out", "--parts", "2", *options, "-q")
@@ -365,7 +392,7 @@ def test_a_failed_run_leaves_nothing(here, options):
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert code == 5
     assert "File too large" in told
-    left = contents(here)
+    left = contents(folder)
     assert left.keys() - before.keys() <= {"new", "new/out"} | {name for name in left if ".parts-" in name}
     assert not any(name.endswith(".npz") for name in left)
 
@@ -373,6 +400,7 @@ def test_a_failed_run_leaves_nothing(here, options):
 @pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_run_that_is_killed_goes_on_with_the_parts_that_are_done(here, number):
+    (here / "plate.yaml").write_text(PLATE.replace("0.05", "0.02"))
     assert command("run", "plate.yaml", "-o", "once", "--parts", "6", "--jobs", "1", "-q")[0] == 0
     words = ["run", "plate.yaml", "-o", "out", "--parts", "6", "--jobs", "2", "--resume", "-q"]
     process = subprocess.Popen([sys.executable, "-m", "bubblemesh", *words], cwd=here, stderr=subprocess.PIPE)
@@ -401,8 +429,8 @@ def test_a_page_of_slices_shows_the_spacing_and_a_sample(here, monkeypatch):
 
 
 @pytest.mark.parametrize("name", FINE)
-def test_a_sample_is_a_mesh_around_the_worst_triangle(name, tmp_path):
-    result = sliced(case(FINE[name], 3), tmp_path)
+def test_a_sample_is_a_mesh_around_the_worst_triangle(name, packed):
+    _, result, _ = packed(name)
     mesh, fields = result.mesh.sample(700, "quality")
     assert len(mesh.triangles) == 700
     assert fields["quality"].min() == result.report["quality"]["min"]
