@@ -82,6 +82,8 @@ def test_a_number_of_nodes_that_cannot_be_had_is_refused_and_a_far_error_is_told
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
     with pytest.raises(LimitError, match=r"nodes: 4 nodes are too few: .* need at least about"):
         bubblemesh.adapt(case, solution, anisotropic=True, nodes=4)
+    coarse = bubblemesh.mesh_case(bubblemesh.load_case("-", text=CASE.replace("0.06", "0.15"))).mesh
+    solution = bubblemesh.Solution.of(coarse.points, coarse.triangles, layer(*coarse.points.T))
     result = bubblemesh.adapt(case, solution, anisotropic=True, error=1e-6)
     assert any(
         "this mesh has 16 times as many as the one before, the most in one step" in text

@@ -57,7 +57,7 @@ def test_nodes_on_cuts_are_as_far_apart_as_the_metric_says_along_them():
 
 
 def test_no_line_shows_where_the_cuts_were():
-    result = mesh_case(metric_case(LONG, spacing=0.03, parts=4))
+    result = mesh_case(metric_case(LONG | {"across": 0.01}, spacing=0.05, parts=4))
     points, triangles = result.mesh.points, result.mesh.triangles
     tensors = np.column_stack([result.fields[f"metric_{entry}"] for entry in ("11", "12", "22")])
     q = MeasuresInMetric(points, triangles, tensors).radius_ratios
@@ -97,7 +97,7 @@ def test_embedded_points_stay_where_layers_and_parts_go_together():
 
 def test_spacings_in_a_metric_travel_to_other_processes():
     wall = {"like": "boundary", "label": "outer", "across": 0.01, "gradation": 0.5}
-    problem = prepare(metric_case([LONG, wall], spacing=0.06))
+    problem = prepare(metric_case([LONG | {"across": 0.02}, wall | {"across": 0.03}], spacing=0.1))
     points = np.random.default_rng(1).uniform(0, 1, (50, 2))
     for spacing in (problem.spacing, problem.packing_spacing):
         np.testing.assert_array_equal(pickle.loads(pickle.dumps(spacing)).at(points), spacing.at(points))

@@ -120,7 +120,7 @@ REJECTED = [
     ("x # comment\n + 1", "column 3: no comments"),
     ("x\0", "not an expression|not readable"),
     ("\udcff", "not readable"),
-    ("9" * 5000, "not an expression"),
+    ("9" * 4_301, "not an expression"),
     ("x" * 1_000_000, "1,000,000 characters: at most 10,000"),
     ("(" * 4_999 + ")" * 4_999, "not an expression|too deeply"),
     ("(" * 5_000 + "x" + ")" * 5_000, "10,001 characters"),
@@ -260,7 +260,7 @@ def test_parameter_names_are_checked(name, message):
         Expression.parse("x", {name: 1.0})
 
 
-@pytest.mark.parametrize("text", ["9**9**9**9", "9**9**9**9 + x", "0x" + "f" * 5_000, "9" * 4_000, "exp(1e6)", "1/0"])
+@pytest.mark.parametrize("text", ["9**9**9**9", "9**9**9**9 + x", "0x" + "f" * 5_000, "9" * 400, "exp(1e6)", "1/0"])
 def test_huge_numbers_are_infinite(text):
     assert np.isposinf(Expression.parse(text)(X, Y)).all()
 

@@ -24,7 +24,7 @@ from bubblemesh.workers.workers import ATTEMPTS, Workers
 
 CASE = """
 domain: {outer: {rectangle: [0, 0, 2, 1]}}
-spacing: 0.05
+spacing: 0.1
 """
 
 
@@ -152,7 +152,7 @@ def test_hired_workers_are_those_of_the_command_line():
 
 def test_workers_load_only_what_packing_needs(tmp_path):
     case = tmp_path / "plate.yaml"
-    case.write_text(CASE.replace("0.05", "{value: 0.05 + 0.01*x, near: [{point: [1, 0.5], size: 0.03}]}"))
+    case.write_text(CASE.replace("0.1", "{value: 0.1 + 0.01*x, near: [{point: [1, 0.5], size: 0.06}]}"))
     with crew_of(workers_at(1, None), print) as crew:
         mesh_case(load_case(case, parts=3), crew=crew)
         (_, loaded), *_ = crew(eval, [Job("", ("{*__import__('sys').modules}",))])
@@ -168,7 +168,7 @@ def test_workers_load_only_what_packing_needs(tmp_path):
     }
 
 
-@pytest.mark.parametrize("more", ["", "metric: {angle: x + y, across: 0.02}\n"])
+@pytest.mark.parametrize("more", ["", "metric: {angle: 0.5, across: 0.05}\n"])
 def test_a_run_in_parts_is_the_same_with_any_number_of_workers(tmp_path, monkeypatch, more):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "plate.yaml").write_text(CASE + more)

@@ -9,14 +9,19 @@ from bubblemesh.packing.ellipses.annealing import annealed
 from bubblemesh.packing.ellipses.schemes import Schemes
 
 
+@pytest.fixture(scope="module")
+def settled():
+    return settled_ellipses()
+
+
 @needs_compiler
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("steps", [1, 8])
-def test_both_engines_anneal_alike(seed, steps, monkeypatch):
+def test_both_engines_anneal_alike(seed, steps, settled, monkeypatch):
     schemes = Schemes.of(replace(METHOD, annealing=replace(METHOD.annealing, effort="fast", shake_steps=steps)))
 
     def found():
-        return list(annealed(settled_ellipses(), front(), schemes, np.random.default_rng(seed)))
+        return list(annealed(settled, front(), schemes, np.random.default_rng(seed)))
 
     compiled = found()
     monkeypatch.setattr("bubblemesh.packing.ellipses.annealing.library", lambda: None)
