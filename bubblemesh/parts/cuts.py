@@ -186,7 +186,10 @@ class _Cutter:
                 raise CaseError(f"around {where} are too few nodes for {piece.cells} parts: ask for fewer")
         best = min(choices, key=lambda choice: self._cost(piece, choice))
         landed = self._landed(piece, best)
-        return self._matched(piece, landed if self._clearance(landed) == 0 else _aside(best, self._clearance(best)))
+        clear = landed if self._clearance(landed) == 0 else _aside(best, self._clearance(best))
+        matched = self._matched(piece, clear)
+        # Where a cut on the other side has been matched likewise, both would meet the one between at nearly one place.
+        return matched if self._clearance(matched) == 0 else clear
 
     def _landed(self, piece: _Piece, choice: _Choice) -> _Choice:
         """The cut moved and turned a little, to meet walls and lines at bubbles that they have without it."""

@@ -13,7 +13,7 @@ UNITS: dict[Dimension, dict[str, float]] = {
     "time": {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0},
 }
 DIMENSIONS: dict[str, Dimension] = {unit: kind for kind, units in UNITS.items() for unit in units}
-QUANTITY = re.compile(r"((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) ?([a-z]+2?)")
+QUANTITY = re.compile(r"((?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?) ?([a-z]+2?)")
 
 
 def is_quantity(text: str) -> bool:

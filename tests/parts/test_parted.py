@@ -333,6 +333,14 @@ def test_the_line_that_lands_best_is_found():
         assert 1 <= len(found.through) <= 4
 
 
+@pytest.mark.parametrize(("size", "parts"), [("0.0335 + 0.0181", 4), ("0.0365 + 0.0199", 8)])
+def test_cuts_on_both_sides_of_another_one_do_not_meet_it_at_nearly_the_same_place(size, parts):
+    _, _, division = division_of(PERIODIC.replace("0.04 + 0.02", size), parts)
+    x = division.boundary.corners
+    apart = np.hypot(*(x[:, None] - x).transpose(2, 0, 1)) + np.eye(len(x))
+    assert apart.min() > 1e-4
+
+
 def test_cuts_that_meet_periodic_sides_at_nearly_the_same_height_meet_them_at_the_same():
     """Else a side had two nodes there next to each other."""
     sides = "{rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}"
