@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 from invariants import check_mesh
-from part_cases import CASES, CHECKS, HOLES, REGIONS, SHORE, SQUARE, case
+from part_cases import CASES, CHECKS, HOLES, PERIODIC, REGIONS, SHORE, SQUARE, case
 from twins import needs_compiler
 
 from bubblemesh.case import load_case
