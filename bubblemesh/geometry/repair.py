@@ -7,7 +7,7 @@ follows its polygonal copy, with the labels of the sides that it comes from, and
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 import shapely
@@ -26,6 +26,8 @@ from bubblemesh.records import record
 GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another one is given
 THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
 OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into what is beside it
+LONG = 10  # gaps: length from which on a strip is closed that begins where its areas touch in a point
+AROUND = 8  # of that: so far it keeps off points in which others touch, farther than its sharpest corner reaches
 HALVINGS = 8  # of a tolerance, until no vertex is farther off than allowed
 
 
@@ -58,9 +60,8 @@ class Repair:
             shapes = [
                 shape if shape.is_valid else _mended(area, work) for area, shape in zip(areas, shapes, strict=True)
             ]
-            shapes = [part for shape in shapes for part in polygons_of(shape)]
-            if united:
-                shapes = _united(shapes, self.gap_of(work.size), work)
+            parts = [polygons_of(shape) for shape in shapes]
+            shapes = _united(parts, self.gap_of(work.size), work) if united else list(chain(*parts))
             shapes = _without(shapes, holes, work)
         if self.smallest is not None:
             shapes = _without_small(shapes, self.smallest, work)
@@ -121,7 +122,7 @@ class _Work:
         owner = self.rings[np.bincount(number).argmax()]
         curved = np.array([not isinstance(one.curve, Line) for one in side])
         corners = [as_point(point) for point in points]
-        kept = np.array([corner in self._vertices for corner in corners])
+        kept = np.array([corner in self.vertices for corner in corners])
         # Nodes may slide where one curve goes on, through a vertex of its copy; a cut leaves a corner.
         on = curved & np.roll(curved, 1) & (self._numbers[near] == self._numbers[np.roll(near, 1)]).all(axis=1) & kept
         if on.all():
@@ -142,7 +143,7 @@ class _Work:
         return {_fingerprint(points): ring for points, ring in zip(self.outlines, self.rings, strict=True)}
 
     @cached_property
-    def _vertices(self) -> set[Point]:
+    def vertices(self) -> set[Point]:
         return {as_point(point) for points in self.outlines for point in points}
 
     @cached_property
@@ -183,24 +184,47 @@ def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
     if polygon.is_valid:
         return polygon
     given = abs(ring_area(points))
-    fixed = _tidy(shapely.make_valid(polygon, method="structure", keep_collapsed=False), work.size)
+    fixed = _tidy(shapely.make_valid(polygon, method="structure", keep_collapsed=False), work)
     work.note("ring that crosses or touches itself", fault_place(polygon), fixed.area - given, [points])
     return fixed
 
 
-def _tidy(shape: shapely.Geometry, size: float) -> shapely.Geometry:
+def _tidy(shape: shapely.Geometry, work: _Work) -> shapely.Geometry:
     """A shape without the thin parts, the spikes and the vertices beside others that cuts leave."""
-    thin = THIN * size
-    polygons = [part for part in polygons_of(shape) if part.area > thin * part.length]
-    holed = []
-    for part in polygons:
-        holes = [hole for hole in part.interiors if shapely.Polygon(hole).area > thin * hole.length]
-        holed.append(shapely.Polygon(part.exterior, holes) if len(holes) < len(part.interiors) else part)
-    whole = shapely.MultiPolygon(holed)
-    sparse = shapely.remove_repeated_points(whole, thin)
+    thin = THIN * work.size
+    whole = _thick(shape, thin)
+    sparse = _thick(_gathered(shapely.remove_repeated_points(whole, thin), work), thin)
     loops = [[_without_spikes(ring, thin) for ring in (part.exterior, *part.interiors)] for part in sparse.geoms]
     blunt = shapely.MultiPolygon([(outer, holes) for outer, *holes in loops])
     return next((better for better in (blunt, sparse) if better.is_valid), whole)
+
+
+def _thick(shape: shapely.Geometry, thin: float) -> shapely.MultiPolygon:
+    """The polygons of a shape, and their holes, that are wider than ``thin``."""
+    holed = []
+    for part in polygons_of(shape):
+        if part.area <= thin * part.length:
+            continue
+        holes = [hole for hole in part.interiors if shapely.Polygon(hole).area > thin * hole.length]
+        holed.append(shapely.Polygon(part.exterior, holes) if len(holes) < len(part.interiors) else part)
+    return shapely.MultiPolygon(holed)
+
+
+def _gathered(shape: shapely.Geometry, work: _Work) -> shapely.Geometry:
+    """A shape whose vertices beside each other are in one place, that of a given one if there is any.
+
+    Cuts that meet in a point differ by their rounding there, and rings that do not quite touch bound no domain.
+    """
+    points, number = np.unique(shapely.get_coordinates(shape), axis=0, return_inverse=True)
+    places = shapely.points(points)
+    i, j = shapely.STRtree(places).query(places, predicate="dwithin", distance=THIN * work.size)
+    if len(i) == len(points):
+        return shape
+    strange = np.array([as_point(point) not in work.vertices for point in points])
+    order = np.lexsort((j, strange[j], i))
+    best = j[order][np.flatnonzero(np.diff(i[order], prepend=-1))]
+    moved = shapely.transform(shape, lambda _: points[best[number.ravel()]])
+    return shapely.make_valid(moved, method="structure", keep_collapsed=False)
 
 
 def _without_spikes(ring: shapely.LinearRing, thin: float) -> Floats:
@@ -252,14 +276,17 @@ def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: _Work) -> shapely
             at = shapely.get_coordinates(shapely.point_on_surface(common))[0]
             work.note("holes that overlap united", at, common.area, [holes[a].outline, holes[b].outline])
     left = shapely.difference(shape, shapely.union_all(solid[~apart]))
-    return _tidy(left, work.size) if across.any() else left
+    return _tidy(left, work) if across.any() else left
 
 
-def _united(shapes: Sequence[shapely.Polygon], gap: float, work: _Work) -> list[shapely.Polygon]:
-    """Polygons of which those that overlap, have a side in common, or leave a narrow gap are one."""
-    if len(shapes) < 2:
-        return list(shapes)
-    found = np.array(shapes, dtype=object)
+def _united(areas: Sequence[Sequence[shapely.Polygon]], gap: float, work: _Work) -> list[shapely.Polygon]:
+    """Polygons of several areas, of which those that overlap, have a side in common, or leave a narrow gap are one.
+
+    What one area falls into stays apart: it touches itself where its ring crosses itself, and there is no gap.
+    """
+    found, area = np.array(list(chain(*areas)), dtype=object), np.repeat(np.arange(len(areas)), list(map(len, areas)))
+    if len(found) < 2:
+        return list(found)
     i, j = shapely.STRtree(found).query(found, predicate="intersects")
     i, j = i[i < j], j[i < j]
     common = shapely.intersection(found[i], found[j])
@@ -268,14 +295,15 @@ def _united(shapes: Sequence[shapely.Polygon], gap: float, work: _Work) -> list[
         what = "areas that overlap united" if common[k].area > 0 else "areas with a common side united"
         at = shapely.get_coordinates(shapely.point_on_surface(common[k]))[0]
         work.note(what, at, -common[k].area, map(_outer, (found[i[k]], found[j[k]])))
+    owners = [{number} for number in area.tolist()]
     if meeting.any():
-        found = np.array(polygons_of(_tidy(shapely.union_all(found), work.size)), dtype=object)
-    strips = _strips(found, gap, work)
+        inside = shapely.point_on_surface(found)
+        found = np.array(polygons_of(_tidy(shapely.union_all(found), work)), dtype=object)
+        part, whole = shapely.STRtree(found).query(inside, predicate="intersects")
+        owners = [set(area[part[whole == number]].tolist()) for number in range(len(found))]
+    strips = _strips(found, owners, gap, work)
     if strips:
-        whole = shapely.union_all(
-            [*found, *(strip.buffer(OVERLAP * work.size, join_style="mitre") for strip in strips)]
-        )
-        found = np.array(polygons_of(_tidy(whole, work.size)), dtype=object)
+        found = np.array(polygons_of(_tidy(shapely.union_all([*found, *strips]), work)), dtype=object)
     return list(found)
 
 
@@ -284,22 +312,57 @@ def _outer(polygon: shapely.Polygon) -> Floats:
     return points
 
 
-def _strips(found: Shapes, gap: float, work: _Work) -> list[shapely.Polygon]:
-    """The strip between two polygons that are nearer to each other than a gap, but do not touch."""
-    i, j = shapely.STRtree(found).query(found, predicate="dwithin", distance=gap)
+def _strips(found: Shapes, owners: Sequence[set[int]], gap: float, work: _Work) -> list[shapely.Polygon]:
+    """The strips between polygons that are nearer to each other than a gap, reaching a little into both.
+
+    None is between two polygons that have one of their ``owners`` in common, the areas that they are made of.
+    """
+    tree, near = shapely.STRtree(found), OVERLAP * work.size
+    i, j = tree.query(found, predicate="dwithin", distance=gap)
     strips = []
     for a, b in zip(i[i < j].tolist(), j[i < j].tolist(), strict=True):
-        both = shapely.MultiPolygon([found[a], found[b]])
-        closed = shapely.buffer(shapely.buffer(both, gap / 2, join_style="mitre"), -gap / 2, join_style="mitre")
-        between = shapely.difference(closed, shapely.union_all([found[a], found[b]]))
-        near = OVERLAP * work.size
-        for strip in polygons_of(between):
-            beside = shapely.dwithin(strip, found[a], near) and shapely.dwithin(strip, found[b], near)
-            if beside and strip.area > THIN * gap * gap:
+        if owners[a] & owners[b]:
+            continue
+        both = shapely.union_all([found[a], found[b]])
+        closed = _closed(shapely.MultiPolygon([found[a], found[b]]), gap)
+        for strip in polygons_of(shapely.difference(closed, both)):
+            if strip.area > THIN * gap * gap and _is_gap(strip, found[a], found[b], gap, near):
                 at = shapely.get_coordinates(shapely.point_on_surface(strip))[0]
                 work.note("gap between areas closed", at, strip.area, [_outer(strip)])
+                strip = shapely.buffer(strip, near, join_style="mitre")
+                # It must not reach over a point in which another polygon touches one of both.
+                others = np.setdiff1d(tree.query(strip, predicate="intersects"), [a, b])
+                for touched in shapely.intersection(found[others], both):
+                    strip = shapely.difference(strip, touched.buffer(AROUND * near))
                 strips.append(strip)
     return strips
+
+
+def _closed(shape: shapely.Geometry, gap: float) -> shapely.Geometry:
+    """A shape with what lies in gaps of it, as far as there are sides across."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # GEOS divides by zero where sides go straight on
+        wide = shapely.buffer(shape, gap / 2, join_style="mitre")
+        closed = shapely.buffer(wide, -gap / 2, join_style="mitre")
+    # At sharp corners its sides may cross.
+    return closed if closed.is_valid else shapely.make_valid(closed, method="structure", keep_collapsed=False)
+
+
+def _is_gap(strip: shapely.Polygon, a: shapely.Polygon, b: shapely.Polygon, gap: float, near: float) -> bool:
+    """Whether a strip beside two polygons lies between them.
+
+    From a point on in which they touch it has to go on for a while: a wedge that soon is wider than the gap stays open,
+    since to close its tip would make a neck of what touches, and so does the rounding along one side alone.
+    """
+    if shapely.distance(strip, a) > near or shapely.distance(strip, b) > near:
+        return False
+    common = shapely.get_parts(shapely.intersection(a, b))
+    if np.count_nonzero(shapely.dwithin(common, strip, near)) != 1:
+        return True
+    points = shapely.get_coordinates(strip)
+    middle, length = shapely.points((points[1:] + points[:-1]) / 2), np.hypot(*np.diff(points, axis=0).T)
+    to_a, to_b = shapely.distance(middle, a), shapely.distance(middle, b)
+    facing = [length[(one <= near) & (other <= gap)].sum() for one, other in ((to_a, to_b), (to_b, to_a))]
+    return min(facing) > LONG * gap
 
 
 def _without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: _Work) -> list[shapely.Polygon]:

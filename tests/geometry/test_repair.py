@@ -158,3 +158,61 @@ def test_no_vertex_is_farther_from_a_simplified_ring_than_allowed(neighbours):
         off = shapely.distance(shapely.points(border), left)
         assert off.max() <= length
         assert sum(len(one.outer.vertices) for one in made) < sum(map(len, sides))
+
+
+@pytest.mark.parametrize(
+    ("corners", "count"),
+    [
+        (
+            [(3.1, 1.3), (0.1, 3.3), (2.6, 1.5), (3.2, 2.7), (1.8, 2.4), (1.8, 3.1)],
+            4,
+        ),  # the wedge at a crossing is sharp
+        ([(0, 0), (8, 0.1), (8, 0), (0, 0.1)], 2),
+        # Three sides through one point, which the cuts give several times, with different roundings.
+        (
+            [
+                (3.4, 2.6),
+                (1.3, 2.3),
+                (1.7, 0.6),
+                (0.6, 3.5),
+                (2, 2.7),
+                (1, 1),
+                (0.3, 1.9),
+                (3.7, 3.6),
+                (2.4, 3.3),
+                (1.9, 2.9),
+                (2.4, 2),
+                (0.6, 2.2),
+            ],
+            2,
+        ),
+    ],
+)
+def test_what_a_ring_that_crosses_itself_falls_into_touches_in_points(corners, count):
+    made = MEND([Area(rings.polygon(corners))])
+    enclosed = shapely.make_valid(shapely.Polygon(corners), method="structure", keep_collapsed=False)
+    assert len(made) == count
+    assert area(made) == pytest.approx(enclosed.area, rel=1e-9)
+    points = shapely.points(sorted({vertex for one in made for ring in one.rings for vertex in ring.vertices}))
+    assert shapely.STRtree(points).query(points, predicate="dwithin", distance=1e-4).shape == (2, len(points))
+
+
+def wedge(first, last):
+    """A triangle with a corner at (0, 0), between two angles in degrees."""
+    away = [(np.cos(angle), np.sin(angle)) for angle in np.radians([first, last])]
+    return Area(rings.polygon([(0, 0), *away]))
+
+
+@pytest.mark.parametrize(
+    ("angles", "count"),
+    [
+        ([(0, 80), (90, 170)], 2),
+        ([(0, 80), (90, 170), (180, 260)], 3),
+        ([(0, 80), (80.001, 170), (180, 260)], 2),  # a gap that is closed up to the corner of the third one
+    ],
+)
+def test_areas_that_touch_in_a_point_stay_apart_unless_there_is_a_long_gap(angles, count):
+    made = MEND([wedge(*pair) for pair in angles])
+    assert len(made) == count
+    assert all((0, 0) in one.outer.vertices for one in made)
+    assert Domain.of_areas(made).piece_count == count
