@@ -128,6 +128,7 @@ def test_a_domain_keeps_its_curves(disc):
         ("plate", CaseError, r"geometry: must be a shapely.Polygon, .* or the points \(n, 2\) of a ring \(found str\)"),
         ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], CaseError, r"found the shape \(3, 3\)"),
         ([(0, 0), (1, 0), (0,)], CaseError, "rows of unequal length"),
+        (np.array([(0, 0), (1, 0), (0, 1)], object), CaseError, r"found an array of object: astype\(float\)"),
         ([(0, 0), (1, 0), (0, math.inf)], CaseError, "geometry: point 2 has a coordinate that is no number"),
         (
             np.ma.array([[0, 0], [4, 0], [9999, 3]], mask=[[0, 0], [0, 0], [1, 0]]),
@@ -333,6 +334,30 @@ def test_a_mapping_gives_names_in_place_of_the_usual_ones():
         bubblemesh.mesh(PLATE, 0.3, labels={"hole": "bore"})
     with pytest.raises(CaseError, match=r"labels: 3 is no name"):
         bubblemesh.mesh(PLATE, 0.3, labels={"hole-1": 3})
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: rings.circle((0, 0), -1), r"circle: radius: must be a number greater than 0 \(found -1\)"),
+        (lambda: rings.circle((0, 0), math.nan), "circle: radius"),
+        (lambda: rings.circle((0, math.inf), 1), "circle: center"),
+        (lambda: rings.circle(0, 1), r"circle: center: must be two numbers \(found 0\)"),
+        (lambda: rings.ellipse((0, 0), (1, 0)), "ellipse: radii: must be a number greater than 0"),
+        (lambda: rings.ellipse((0, 0), (1, 1), "x"), "ellipse: angle"),
+        (lambda: rings.polygon([(0, 0), (1, 0), (math.nan, 1)]), "ring: point 2 has a coordinate that is no number"),
+        (lambda: rings.path((0, 0), [rings.ArcTo((2, 0), (math.nan, 0), True)]), "center of an arc: point 0"),
+        (lambda: rings.path((0, 0), [rings.SplineTo([(1, math.inf), (2, 0)])]), "spline: point 1"),
+        (lambda: rings.rectangle(0, 0, 1, 1, labels=["a", "b"]), "labels: must be one per side: 2 labels for 4 sides"),
+        (lambda: rings.polygon([(0, 0), (1, 0), (0, 1)], labels=list("abcd")), "4 labels for 3 sides"),
+        (lambda: bubblemesh.Domain.of(rings.circle((0, 0), 1), rings.circle((0, 0), 0.3)), "holes: must be a list"),
+        (lambda: bubblemesh.Domain.of(rings.circle((0, 0), 1, label=3)), "Domain.of: label: 3 is no name"),
+        (lambda: bubblemesh.Domain.of(rings.circle((0, 0), 1, label='a"b')), "Domain.of: label: .* is no name"),
+    ],
+)
+def test_what_is_no_ring_or_no_name_is_refused_before_the_work(make, text):
+    with pytest.raises(CaseError, match=text):
+        make()
 
 
 @pytest.mark.parametrize("labels", ["ab", ["a", 1], ["a", 'b"'], ["a", ""], ["a", "b" * 128]])

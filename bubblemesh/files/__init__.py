@@ -2,7 +2,7 @@
 
 from bubblemesh.files.confinement import confined_to, is_confined
 from bubblemesh.files.copies import has_copies, local_copies, local_copy
-from bubblemesh.files.names import FORBIDDEN, LONGEST_FILE_NAME, LONGEST_NAME, bytes_of_name, is_writable
+from bubblemesh.files.names import FORBIDDEN, LONGEST_FILE_NAME, LONGEST_NAME, bytes_of_name, is_writable, require_name
 from bubblemesh.files.opening import (
     beside,
     case_text,
@@ -39,6 +39,7 @@ __all__ = [
     "read_bytes",
     "read_text",
     "reason",
+    "require_name",
     "require_readable",
     "sync",
     "temporary_folder",

@@ -1,6 +1,9 @@
 """Names: how long those of files can be, and which ones mesh files can hold."""
 
 import os
+from typing import Any
+
+from bubblemesh.errors import CaseError
 
 LONGEST_FILE_NAME = 255  # bytes, as usual file systems have it
 LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
@@ -17,3 +20,10 @@ def is_writable(name: str) -> bool:
     """Whether every mesh file can hold a name: XML has no form for control characters, and a quote ends it in msh."""
     fits = 0 < len(name) <= LONGEST_NAME and len(name.encode()) <= MOST_NAME_BYTES
     return fits and name.isprintable() and not {*name} & {*'"\\'}
+
+
+def require_name(name: Any, argument: str) -> str:
+    """The name that an argument gives; CaseError if it is no text that every mesh file can hold."""
+    if not isinstance(name, str) or not is_writable(name):
+        raise CaseError(f"{argument}: {name!r} is no name: use short texts without {FORBIDDEN}")
+    return name

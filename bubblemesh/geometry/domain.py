@@ -10,6 +10,7 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once, ring_area, select, taken
 from bubblemesh.errors import CaseError, GeometryError, about
+from bubblemesh.files import require_name
 from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
@@ -85,14 +86,23 @@ class Domain(Uncached):
         Raises
         ------
         CaseError
-            If what is given is no ring.
+            If what is given is no ring, or a label no name that every mesh file can hold.
         GeometryError
             If the rings cross, or a hole is not inside; the text names the ring and the coordinates.
         """
+        if not isinstance(holes, Sequence):
+            raise CaseError(f"Domain.of: holes: must be a list of rings (found {type(holes).__name__})")
+        inner = InnerParts() if parts is None else parts
         for ring in (outer, *holes):
             if not isinstance(ring, Ring):
                 found = type(ring).__name__
                 raise CaseError(f"Domain.of: takes rings of bubblemesh.geometry.rings alone (found {found})")
+        sides = [side.label for ring in (outer, *holes) for side in ring.sides]
+        sides += [side.label for path in inner.lines for side in path.sides]
+        named = [path.label for path in inner.lines] + [point.label for point in inner.points]
+        for label in (*sides, *named, *(region.label for region in inner.regions)):
+            if label is not None:
+                require_name(label, "Domain.of: label")
         with own_places():
             return cls.of_areas([Area(outer, tuple(holes))], parts)
 

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.errors import GeometryError
+from bubblemesh.arrays import LARGEST_NUMBER, Floats, is_real
+from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.paths import Arc, Bezier, Curve, Ellipse, Line, Point, Side, Spline, as_point
 from bubblemesh.geometry.paths import OpenPath as OpenPath  # what the functions here return
 from bubblemesh.geometry.paths import Ring as Ring
@@ -59,14 +60,19 @@ def end_of(piece: Piece) -> Point:
 
 
 def polygon(points: Sequence[Sequence[float]], labels: Sequence[str] | None = None, label: str | None = None) -> Ring:
-    """Polygon through ``points`` (n, 2); ``labels`` name the sides, the first from point 0 to point 1."""
+    """Polygon through ``points`` (n, 2); ``labels`` name the sides, the first from point 0 to point 1.
+
+    CaseError if there are not as many labels as sides, or a coordinate is no number.
+    """
     if len(points) == 0:
         raise GeometryError("a polygon has no points: give at least three")
     corners = [as_point(point) for point in points]
     if len(corners) > 1 and corners[0] == corners[-1]:
         corners.pop()
     names = list(labels) if labels is not None else [label] * len(corners)
-    pieces = [LineTo(corner, name) for corner, name in zip(corners[1:] + corners[:1], names, strict=False)]
+    if len(names) != len(corners):
+        raise CaseError(f"labels: must be one per side: {counted(len(names), 'label')} for {len(corners)} sides")
+    pieces = [LineTo(corner, name) for corner, name in zip(corners[1:] + corners[:1], names, strict=True)]
     return path(corners[0], pieces, label)
 
 
@@ -79,24 +85,32 @@ def rectangle(
 
 
 def circle(center: Sequence[float], radius: float, label: str | None = None) -> Ring:
-    """Whole circle."""
-    return Ring((Side(Arc(as_point(center), float(radius), 0.0, 2 * np.pi), label),), ())
+    """Whole circle. CaseError if ``center`` is not two numbers, or ``radius`` no number greater than 0."""
+    whole = Arc(_pair(center, "circle: center"), _number(radius, "circle: radius", above=0), 0.0, 2 * np.pi)
+    return Ring((Side(whole, label),), ())
 
 
 def ellipse(center: Sequence[float], radii: Sequence[float], angle: float = 0.0, label: str | None = None) -> Ring:
-    """Whole ellipse whose first axis is turned by ``angle`` degrees."""
-    return Ring((Side(Ellipse(as_point(center), as_point(radii), float(np.radians(angle)), 1.0), label),), ())
+    """Whole ellipse whose first axis is turned by ``angle`` degrees.
+
+    CaseError if ``center`` is not two numbers, ``radii`` are not two greater than 0, or ``angle`` is no number.
+    """
+    half_axes, turned = _pair(radii, "ellipse: radii", above=0), np.radians(_number(angle, "ellipse: angle"))
+    whole = Ellipse(_pair(center, "ellipse: center"), half_axes, float(turned), 1.0)
+    return Ring((Side(whole, label),), ())
 
 
 def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = None) -> Ring:
     """Ring from ``start`` along ``pieces``, closed by a straight line where it does not end at its start.
 
-    Consecutive points that coincide are merged, with a note. GeometryError if an arc's ends are not equally far from
-    its centre, or fewer than three points remain.
+    Consecutive points that coincide are merged, with a note. CaseError if a coordinate is no number; GeometryError if
+    an arc's ends are not equally far from its centre, or fewer than three points remain.
     """
     first = as_point(start)
     ends = [end_of(piece) for piece in pieces]
-    tolerance = 1e-13 * float(np.ptp(np.array([first, *ends]), axis=0).max())
+    corners = np.array([first, *ends])
+    require_numbers(corners, "ring")
+    tolerance = 1e-13 * float(np.ptp(corners, axis=0).max())
     if ends and _same(ends[-1], first, tolerance):
         ends[-1] = first
     else:
@@ -116,6 +130,28 @@ def straight_ring(vertices: Sequence[Point], label: str | None = None) -> Ring:
     _require_three(vertices, vertices[0])
     lines = map(Line, vertices, [*vertices[1:], vertices[0]])
     return Ring(tuple(map(Side, lines, repeat(label))), tuple(vertices))
+
+
+def require_numbers(points: Floats, argument: str) -> None:
+    """Check coordinates (n, 2) of points, which an argument has: CaseError if one is no number, or too large."""
+    bad = np.flatnonzero(~(np.abs(points) <= LARGEST_NUMBER).all(axis=1))
+    if len(bad):
+        raise CaseError(f"{argument}: point {bad[0]} has a coordinate that is no number, or above {LARGEST_NUMBER:g}")
+
+
+def _number(value: float, argument: str, above: float = -np.inf) -> float:
+    """The number that an argument is; CaseError if it is none, or not above some other one."""
+    if not (is_real(value) and value > above and abs(value) <= LARGEST_NUMBER):
+        least = "" if above == -np.inf else f" greater than {above:g}"
+        raise CaseError(f"{argument}: must be a number{least} (found {value!r})")
+    return float(value)
+
+
+def _pair(values: Sequence[float], argument: str, above: float = -np.inf) -> Point:
+    """The two numbers that an argument has; CaseError if it has none, or they are not above some other one."""
+    if not isinstance(values, Sequence | np.ndarray) or len(values) != 2:
+        raise CaseError(f"{argument}: must be two numbers (found {values!r})")
+    return _number(values[0], argument, above), _number(values[1], argument, above)
 
 
 def _require_three(vertices: Sequence[Point], first: Point) -> None:
@@ -184,10 +220,13 @@ def _curve(start: Point, piece: Piece, end: Point) -> tuple[Curve, list[str]]:
     if isinstance(piece, LineTo):
         return Line(start, end), []
     if isinstance(piece, ArcTo):
+        require_numbers(np.array([piece.center]), "center of an arc")
         return _arc(start, piece, end)
     if isinstance(piece, BezierTo):
+        require_numbers(np.array([piece.first, piece.second]), "inner points of a curve")
         return Bezier(start, piece.first, piece.second, end), []
     knots = np.array([start, *piece.through[:-1], end], float)
+    require_numbers(knots, "spline")
     repeated = np.flatnonzero((np.diff(knots, axis=0) == 0).all(axis=1))
     notes = [f"duplicate spline point {place(knots[i])} merged" for i in repeated]
     knots = np.delete(knots, repeated, axis=0)

@@ -41,7 +41,9 @@ def check_parameter_name(name: str) -> None:
 
     CaseError if ``name`` is not an identifier, or already means something in every expression.
     """
-    if not name.isidentifier() or keyword.iskeyword(name):
+    if keyword.iskeyword(name):
+        raise CaseError(f"the parameter {name!r} is a word that expressions cannot use as a name: rename it")
+    if not name.isidentifier():
         raise CaseError(f"the parameter {name!r} is not a name: use letters, digits and underscores")
     if name in FUNCTIONS or name in CONSTANTS or name in COORDINATES or name == DISTANCE:
         raise CaseError(f"the parameter {name!r} would hide the {name} that expressions already have: rename it")
@@ -344,7 +346,7 @@ def _unmeasured(x: Floats, y: Floats) -> Floats:
 
 
 def _unknown_raster(x: Floats, y: Floats) -> Floats:
-    raise CaseError("rasters have values in the spacing of a domain only")
+    raise CaseError("a raster is known by its name only in a spacing that has it: give it under raster: beside value:")
 
 
 def _of_points(distance: "Distance") -> Evaluate:

@@ -251,7 +251,7 @@ def test_distances_travel_to_worker_processes():
         ("sqrt", "hide the sqrt"),
         ("2h", "not a name"),
         ("a-b", "not a name"),
-        ("if", "not a name"),
+        ("if", "is a word that expressions cannot use as a name: rename it"),
         ("", "not a name"),
     ],
 )

@@ -8,9 +8,9 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from bubblemesh.arrays import LARGEST_NUMBER, Floats, is_real, unmasked
+from bubblemesh.arrays import Floats, is_real, unmasked
 from bubblemesh.errors import CaseError, GeometryError, Key, about
-from bubblemesh.files import FORBIDDEN, is_writable
+from bubblemesh.files import require_name
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.boundary import default_label
 from bubblemesh.geometry.domain import Domain
@@ -138,13 +138,13 @@ def _array(points: Any, argument: str) -> _Points:
     except ValueError:  # rows of unequal length
         raise CaseError(f"{expected} (found rows of unequal length)") from None
     if given.dtype.kind not in "iuf":
-        raise CaseError(f"{expected} (found {type(points).__name__})")
+        is_array = given.ndim > 0 and isinstance(points, np.ndarray)
+        found = f"an array of {given.dtype}: astype(float) makes numbers of it" if is_array else type(points).__name__
+        raise CaseError(f"{expected} (found {found})")
     if given.ndim != 2 or given.shape[1] != 2:
         raise CaseError(f"{expected} (found the shape {given.shape})")
     given = given.astype(float)  # the limit is no number of smaller types
-    bad = np.flatnonzero(~(np.abs(given) <= LARGEST_NUMBER).all(axis=1))
-    if len(bad):
-        raise CaseError(f"{argument}: point {bad[0]} has a coordinate that is no number, or above {LARGEST_NUMBER:g}")
+    rings.require_numbers(given, argument)
     return _Points(given, argument)
 
 
@@ -157,7 +157,7 @@ def _names(labels: Labels | None, areas: int, holes: int) -> Sequence[str | None
         for name in labels:
             if name not in usual:
                 raise CaseError(f"labels: there is no ring {name!r}: {meant(str(name), usual)}")
-        return [_name(labels[name]) if name in labels else None for name in usual]
+        return [require_name(labels[name], "labels") if name in labels else None for name in usual]
     if not isinstance(labels, Sequence | np.ndarray) or isinstance(labels, str):  # a set has no order
         raise CaseError(
             f"labels: must be a list of names, one for each ring, or a mapping such as {{'hole-1': 'bore'}} "
@@ -166,10 +166,4 @@ def _names(labels: Labels | None, areas: int, holes: int) -> Sequence[str | None
     names = list(labels)
     if len(names) != areas + holes:
         raise CaseError(f"labels: must be one for each ring: {len(names)} labels for {areas + holes} rings")
-    return [_name(name) for name in names]
-
-
-def _name(name: Any) -> str:
-    if not isinstance(name, str) or not is_writable(name):
-        raise CaseError(f"labels: {name!r} is no name: use short texts without {FORBIDDEN}")
-    return name
+    return [require_name(name, "labels") for name in names]

@@ -117,8 +117,11 @@ def short_pieces(domain: Domain, spacing: Spacing, hidden: Floats | None = None)
     boundary = domain.boundary
     pieces = np.flatnonzero(~boundary.closed)
     ends = boundary.corners[np.column_stack([boundary.start, boundary.end])[pieces]]
-    along = ends[:, 1] - ends[:, 0]
-    d = np.minimum(*(spacing.towards(end, along) for end in (ends[:, 0], ends[:, 1]))) if len(pieces) else np.zeros(0)
+    # The chord of a loop, which ends where it begins, has no direction: its ends have those of their own.
+    chord, loop = ends[:, 1] - ends[:, 0], (boundary.start == boundary.end)[pieces, None]
+    begin, end = np.zeros(len(pieces)), boundary.lengths[pieces]
+    first, last = (np.where(loop, boundary.tangents(pieces, s), chord) for s in (begin, end))
+    d = np.minimum(spacing.towards(ends[:, 0], first), spacing.towards(ends[:, 1], last))
     short = boundary.lengths[pieces] < SHORT * d
     if hidden is not None:
         short &= boundary.lengths[pieces] > hidden[pieces]

@@ -3,8 +3,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from bubblemesh.errors import LimitError
+from bubblemesh.geometry.arrangement.regions import InnerParts, InnerPoint
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.rings import circle, ellipse, polygon, rectangle
+from bubblemesh.meshes.tensors import Axes
+from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.sources import SHORT, WIDEST_TURN, Sources, coarse_curves, curvature_sources, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -39,6 +42,20 @@ def test_short_sides_are_judged_by_the_finer_end():
     graded = Spacing(lambda x, y: np.where(y < 0.97, 0.01, 1.0))
     points = short_pieces(CHAMFERED, graded).points.tolist()
     assert [1, 0.95] not in points
+
+
+def test_a_loop_is_as_short_as_the_spacing_along_its_own_ends():
+    """A hole with one corner, where it goes upwards: there the metric says 0.2, and 0.02 across."""
+    at = InnerPoint((0.52, 0.5), "corner")
+    domain = Domain.of(rectangle(0, 0, 1, 1), [circle((0.5, 0.5), 0.02)], InnerParts(points=(at,)))
+    across = MetricSpacing.of(
+        lambda x, y: Axes(np.full(len(x), 0.02), np.full(len(x), 0.2), np.tile([0.0, 1.0], (len(x), 1)))
+    )
+    along = MetricSpacing.of(
+        lambda x, y: Axes(np.full(len(x), 0.02), np.full(len(x), 0.2), np.tile([1.0, 0.0], (len(x), 1)))
+    )
+    assert_allclose(short_pieces(domain, across).points, [at.at, at.at])
+    assert len(short_pieces(domain, along)) == 0
 
 
 def test_whole_curves_have_no_short_pieces():
