@@ -24,7 +24,7 @@ from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.geometry.unprojection import Unprojection
-from bubblemesh.geometry.validity import require_domain, simple_polygon
+from bubblemesh.geometry.validity import require_apart, require_domain, simple_polygon
 from bubblemesh.messages import meant, own_places, ring_name, tell_places_of
 from bubblemesh.records import record
 
@@ -124,11 +124,14 @@ class Domain(Uncached):
         names = [ring_name(number, ring.origin, len(areas)) for number, ring in enumerate(rings)]
         copies = outlines(rings)
         tell_places_of(float(np.ptp(np.concatenate(copies), axis=0).max()))
-        for ring, points, name in zip(rings, copies, names, strict=True):
-            with about(ring.key):
-                simple_polygon(points, name)
+        keys, polygons = [ring.key for ring in rings], []
+        for key, points, name in zip(keys, copies, names, strict=True):
+            with about(key):
+                polygons.append(simple_polygon(points, name))
+        holes = slice(len(areas), None)
+        require_apart(polygons[holes], owner[holes], names[holes], keys[holes])
         boundary = split_at_contacts(Boundary.of(rings, owner))
-        require_domain(PolygonalCopy.of(boundary), names, [ring.key for ring in rings])
+        require_domain(PolygonalCopy.of(boundary), names, keys)
         notes = tuple(note for ring in rings for note in ring.notes)
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
         simple = cls(boundary, notes, given_outlines=given_outlines)

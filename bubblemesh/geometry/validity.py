@@ -14,6 +14,7 @@ from bubblemesh.messages import place
 from bubblemesh.records import record
 
 SMALLEST_STEPS = 1e4  # between numbers of that size that a ring has to extend over
+CLEARLY = 0.1  # of the smaller of two holes: more in common is no rounding and no chord of a curve
 FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
 
 
@@ -90,6 +91,23 @@ def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
         where = explained(polygon)[1]
         raise GeometryError(f"{name} crosses or touches itself at {where}: move its points so that it does not")
     return polygon
+
+
+def require_apart(
+    holes: Sequence[shapely.Polygon], owner: Sequence[int], names: Sequence[str], keys: Sequence[Key]
+) -> None:
+    """Refuse holes of one area, their ``owner``, that clearly overlap; little overlap may be that of chords of curves.
+
+    `require_domain` finds them as well, but after their contacts: of curves that are nearly the same there is no end.
+    """
+    tree = shapely.STRtree(holes)
+    for j, hole in enumerate(holes):  # one by one: of very many in one place all pairs would be too many
+        before = tree.query(hole, predicate="intersects")
+        for i in sorted(before[before < j].tolist()):
+            common = shapely.intersection(holes[i], hole).area
+            if owner[i] == owner[j] and common > CLEARLY * min(holes[i].area, hole.area):
+                with about(keys[j]):
+                    _require_apart(holes[i], hole, names[i], names[j])
 
 
 def _require_inside(hole: shapely.Polygon, outer: shapely.Polygon, name: str, around: str) -> None:

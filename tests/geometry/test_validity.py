@@ -3,8 +3,10 @@ import re
 import numpy as np
 import pytest
 
+import bubblemesh.geometry.domain
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.paths import Area
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo, circle, ellipse, path, polygon, rectangle
 from bubblemesh.messages import ring_name
 
@@ -161,3 +163,25 @@ def test_flat_ellipses_do_not_cross_themselves(aspect):
 
 def test_rings_are_called_as_the_case_counts_them():
     assert [ring_name(k) for k in range(3)] == ["the outer ring", "hole 1", "hole 2"]
+
+
+@pytest.mark.parametrize(
+    ("step", "text"),
+    [
+        (0, "hole 2 lies inside hole 1"),
+        (0.02, "hole 1 and hole 2 overlap"),
+        (0.3, "hole 1 and hole 2 overlap"),
+    ],
+)
+def test_circles_that_overlap_are_refused_without_a_look_for_where_they_touch(step, text, monkeypatch):
+    """Such a look takes a quarter of a second for each two of them that are nearly the same."""
+    monkeypatch.setattr(bubblemesh.geometry.domain, "split_at_contacts", lambda boundary: pytest.fail("looked for"))
+    with pytest.raises(GeometryError, match=text):
+        Domain.of(rectangle(0, 0, 9, 9), [circle((1 + step * k, 1), 0.2) for k in range(20)])
+
+
+def test_holes_of_areas_in_each_other_may_lie_in_each_other():
+    """An island in a hole has a hole of its own."""
+    island = Area(circle((0, 0), 2), (circle((0, 0), 1),))
+    domain = Domain.of_areas([Area(circle((0, 0), 4), (circle((0, 0), 3),)), island])
+    assert (domain.piece_count, domain.hole_count) == (2, 2)
