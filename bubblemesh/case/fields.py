@@ -128,7 +128,11 @@ def _parts(value: Any) -> Any:
 
 
 def _label(value: Any) -> Any:
-    return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+    if isinstance(value, float):  # the text of the file is lost: 1.1 may have been 1.10
+        raise PydanticCustomError(
+            "label", "must be a text or a whole number (found {found}): put it in quotes", {"found": str(value)}
+        )
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def _refusing(is_bad: Callable[[str], bool], message: str) -> AfterValidator:

@@ -99,6 +99,7 @@ INVALID = [
     ("spacing: 0.1", "spacing: 0.1\nname: a/b", "plate.yaml:8: name: must be usable as a file name"),
     ("spacing: 0.1", "spacing: 0.1\nname: ''", "plate.yaml:8: name: must not be empty"),
     ("spacing: 0.1", "spacing: 0.1\nname: ..", "plate.yaml:8: name: must be usable as a file name"),
+    ("label: hole", "label: 1.10", "label: must be a text or a whole number (found 1.1): put it in quotes"),
     ("spacing: 0.1", "spacing: 0.1\nparameters: {x: 1}", "plate.yaml:8: parameters.x: the parameter 'x' would hide"),
     ("spacing: 0.1", "spacing: 0.1\nparameters: {a: b}", "plate.yaml:8: parameters.a: must be a number"),
     (
