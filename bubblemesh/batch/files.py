@@ -16,8 +16,8 @@ from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.row import Row
 from bubblemesh.batch.worker import Outcome, is_full
 from bubblemesh.errors import FileError
-from bubblemesh.files import reason, sync, unwritten
-from bubblemesh.meshfiles.transaction import require_room, transaction
+from bubblemesh.files import sync, unwritten
+from bubblemesh.meshfiles.transaction import require_writable, transaction
 
 LOCK = ".bubblemesh-lock"
 BEGIN = 10.0  # seconds to wait for other batches that begin
@@ -31,15 +31,14 @@ def reserved(options: BatchOptions) -> Iterator[None]:
     FileError if another batch is in it, or it cannot be made.
     """
     folder = options.root
+    require_writable(folder)
     try:
-        require_room(folder, ())
         missing = [path for path in (folder, *folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
         for path in missing:
             sync(path.parent)
     except OSError as error:
-        problem = "it is not a folder" if folder.exists() else reason(error)
-        raise FileError(f"cannot write into {folder}: {problem}") from None
+        raise unwritten(f"into {folder}", error) from None
     busy = (
         f"{folder}: another batch is writing its summary here: wait for it, name another folder, or give both a --shard"
     )

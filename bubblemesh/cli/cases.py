@@ -88,7 +88,10 @@ def run(
 def adapt(
     case: CaseFile,
     solution: Annotated[
-        Path, typer.Option("--solution", metavar="FILE", help="Mesh of the case with the solution at its nodes.")
+        Path,
+        typer.Option(
+            "--solution", metavar="FILE", help="Mesh of the case with the solution at its nodes.", readable=False
+        ),
     ],
     field: Annotated[
         str | None, typer.Option("--field", metavar="NAME", help="Name of the solution, if the file has more data.")
@@ -304,7 +307,10 @@ def deliver(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Mesh a case from a source, write the result, tell of it, and check it against what the case requires."""
+    """Mesh a case from a source, write the result, tell of it, and check it against what the case requires.
+
+    FileError before the work if the result cannot be written.
+    """
     from bubblemesh import console
     from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.console.run import PackingProgress
@@ -320,6 +326,7 @@ def deliver(
             result = meshed(progress.show, on_share)
         return result, place.deliver(result)
 
+    place.require_writable()
     result, report = case.within_limits(delivered, f"{source}: ")
     if as_json:
         write_json(report)

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 View = tuple[float, float, float, float]
 MeshPath = Annotated[
-    Path, typer.Argument(metavar="MESH", help="Mesh file of any format that bubblemesh or meshio reads.")
+    Path,
+    # All paths are: if Typer looked whether they can be read, that would have another message and exit code than here.
+    typer.Argument(metavar="MESH", help="Mesh file of any format that bubblemesh or meshio reads.", readable=False),
 ]
 MetricField = Annotated[
     str | None,
@@ -29,7 +31,8 @@ MetricField = Annotated[
 def quality(
     mesh: MeshPath,
     other: Annotated[
-        Path | None, typer.Argument(metavar="[OTHER]", help="Another mesh, to compare the first with.")
+        Path | None,
+        typer.Argument(metavar="[OTHER]", help="Another mesh, to compare the first with.", readable=False),
     ] = None,
     spacing: Annotated[
         str | None, typer.Option("--spacing", metavar="EXPR", help="Wanted spacing in x and y, to compare edges with.")
@@ -140,7 +143,8 @@ def partition(
 def plot(
     mesh: MeshPath,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="PATH", help="Picture: .png, .svg or .pdf.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="PATH", help="Picture: .png, .svg or .pdf.", readable=False),
     ] = None,
     color: Annotated[
         str | None,
@@ -178,6 +182,7 @@ def plot(
     from bubblemesh.console.report import show_files
     from bubblemesh.meshfiles.metric import with_metric
     from bubblemesh.meshfiles.read import read_mesh
+    from bubblemesh.meshfiles.transaction import require_writable
     from bubblemesh.pictures.start import load_without_help
 
     load_without_help()
@@ -189,6 +194,7 @@ def plot(
         raise CaseError("--field: it names a metric: use it with --ellipses, or --color for other data")
     path = output or Path(f"{mesh.stem}.png")
     require_picture(path)
+    require_writable(path.parent, [path.name])
     shown = PlotOptions(
         color=color,
         colormap=colormap,

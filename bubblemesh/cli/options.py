@@ -36,7 +36,10 @@ SolversNamed = Annotated[
         autocompletion=solvers,
     ),
 ]
-Picture = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the spacing: .png, .svg or .pdf.")]
+Picture = Annotated[
+    Path | None,
+    typer.Option("--plot", metavar="FILE", help="Draw the spacing: .png, .svg or .pdf.", readable=False),
+]
 Untrusted = Annotated[
     bool,
     typer.Option("--untrusted", help="The case is a stranger's: only files below its folder, and limits by default."),

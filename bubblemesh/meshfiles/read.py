@@ -273,6 +273,8 @@ def _read(path: Path) -> Source:
     """Read all that a file holds, of a layer of prisms its lower side; a file that cannot be read is a FileError."""
     if is_confined() and path.suffix.lower() not in SELF_CONTAINED:
         raise CaseError(f"{path}: may name other files: an untrusted case gives data as {', '.join(SELF_CONTAINED)}")
+    if path == Path("-") and not path.exists():
+        raise FileError("-: a mesh is not read from the standard input: write it to a file, whose ending tells its format")
     with prefixed(path), opened(path) as stream:
         if not stream.peek(1):
             raise FileError("is empty")

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from os.path import exists, isfile
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, TemporaryFile
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import LONGEST_FILE_NAME, OWNER, bytes_of_name, sync, temporary_folder, unwritten
@@ -59,16 +59,36 @@ def require_room(folder: Path, names: Iterable[str]) -> None:
             raise FileError(f"cannot write {path}: something that is not a file has this name")
 
 
+def require_writable(folder: Path, names: Iterable[str] = ()) -> None:
+    """Check, before the work whose results they are, that files of these names can come into a folder.
+
+    It need not be there yet; nothing is left in it, and it is not made. FileError as of `transaction` and
+    `require_room`.
+    """
+    require_room(folder, names)
+    _require_folder(folder)
+    there = next(path for path in (folder, *folder.parents) if exists(path))  # noqa: PTH110 - as above
+    try:
+        TemporaryFile(dir=there).close()
+    except OSError as error:
+        raise unwritten(f"into {folder}", error) from error
+
+
+def _require_folder(folder: Path) -> None:
+    """Check that a folder is one, or that nothing is there."""
+    if folder.is_symlink() and not folder.exists():
+        raise FileError(f"cannot write into {folder}: it is a symbolic link that leads nowhere")
+    if folder.exists() and not folder.is_dir():
+        raise FileError(f"cannot write into {folder}: it is not a folder")
+
+
 @contextmanager
 def existing(folder: Path, lasting: bool) -> Iterator[None]:
     """Make the folder and its parents, and remove those made here, if they are empty, after an exception.
 
     FileError if something else is in the way. The names of those made are ``lasting`` if no power cut may take them.
     """
-    if folder.is_symlink() and not folder.exists():
-        raise FileError(f"cannot write into {folder}: it is a symbolic link that leads nowhere")
-    if folder.exists() and not folder.is_dir():
-        raise FileError(f"cannot write into {folder}: it is not a folder")
+    _require_folder(folder)
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -29,7 +29,7 @@ from bubblemesh.meshfiles.formats import (
 )
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields
 from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
-from bubblemesh.meshfiles.transaction import require_room
+from bubblemesh.meshfiles.transaction import require_room, require_writable
 from bubblemesh.meshfiles.writing import (
     MEDIT,
     METRIC_FILE,
@@ -111,6 +111,10 @@ class Destination:
         tables += [METRIC_FILE] if MEDIT in self.formats else []
         return file_names(self.name, self.formats, tables, self.parts, self.ending)
 
+    def require_writable(self) -> None:
+        """Check that the files can be written, before the work; else it is a FileError."""
+        require_writable(self.folder, self.names)
+
     def load(self) -> None:
         """Load what writes the formats."""
         for name in self.formats:
@@ -146,6 +150,9 @@ class StreamDestination:
 
     stream: BinaryIO
     format_name: FormatName
+
+    def require_writable(self) -> None:
+        """Check nothing: what becomes of a stream shows as it is written."""
 
     def load(self) -> None:
         """Load what writes the format."""

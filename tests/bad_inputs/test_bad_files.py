@@ -125,23 +125,48 @@ def test_a_pipe_or_a_device_is_no_case_file(here):
         assert f"pipe: the file cannot be read: {NO_FILE}" in message
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("quality", "a.msh", "a.msh"),
+        ("partition", "a.msh", "2"),
+        ("plot", "a.msh", "-o", "a.png"),
+        ("adapt", "case.yaml", "--solution", "a.msh"),
+    ],
+)
+def test_only_who_opens_a_file_tells_that_it_cannot_be_read(here, monkeypatch, arguments):
+    (here / "case.yaml").write_text(SQUARE.format(1))
+    for name in ("a.msh", "a.png"):
+        (here / name).touch()
+    monkeypatch.setattr(os, "access", lambda path, mode, **options: mode != os.R_OK)
+    assert command(*arguments) == (5, "", "error: a.msh: is empty\n")
+
+
+@pytest.mark.parametrize("arguments", [("quality",), ("partition", "2"), ("plot",)])
+def test_a_mesh_on_the_standard_input_is_told_to_be_written_to_a_file(here, arguments):
+    code, _, message = command(arguments[0], "-", *arguments[1:], stdin="")
+    assert code == 5
+    assert "-: a mesh is not read from the standard input: write it to a file" in message
+
+
 SMALL = SQUARE.format(0.5) + "output: {formats: [msh, xdmf]}\npacking: {effort: fast}\n"
 
 
 @pytest.mark.parametrize(
     ("output", "text"),
     [
-        ("case.yaml/out/", "cannot write case.yaml/out: Not a directory"),
+        ("case.yaml/out/", "cannot write into case.yaml/out: Not a directory"),
         ("case.yaml/a.msh", "cannot write into case.yaml: it is not a folder"),
         ("old", "cannot write into old: it is not a folder"),
         ("link/", "cannot write into link: it is a symbolic link that leads nowhere"),
         ("round/", "cannot write into round: it is a symbolic link that leads nowhere"),
         ("full/", "cannot write full/case.msh: something that is not a file has this name"),
         ("a" * 300 + "/", "is too long a name: shorten it"),
-        ("/proc/new/", "cannot write /proc"),
+        ("/proc/new/", "cannot write into /proc/new: "),
     ],
 )
-def test_a_place_that_cannot_be_written(here, output, text):
+def test_a_place_that_cannot_be_written_is_told_before_the_work(here, monkeypatch, output, text):
+    monkeypatch.setattr("bubblemesh.run.pipeline.prepare", None)
     (here / "case.yaml").write_text(SMALL)
     (here / "old").write_text("old")
     (here / "link").symlink_to("nowhere/at/all")
@@ -152,6 +177,11 @@ def test_a_place_that_cannot_be_written(here, output, text):
     assert (code, out) == (5, "")
     assert text in message
     assert contents(here) == before
+
+
+def test_a_picture_that_cannot_be_written_is_told_before_the_mesh_is_read(here):
+    (here / "old").write_text("old")
+    assert command("plot", "no.msh", "-o", "old/a.png") == (5, "", "error: cannot write into old: it is not a folder\n")
 
 
 @pytest.mark.parametrize(
