@@ -31,7 +31,10 @@ def value_of(text: str, dimension: Dimension | None, *, allowed: bool) -> float:
     assert found is not None
     number, unit = float(found[1]), found[2]
     if not allowed:
-        raise CaseError(f"{text} has a unit, which goes with places on the earth: add crs: {{from: EPSG:4326}}")
+        raise CaseError(
+            f"{text} has a unit: give the number alone, in the unit of the coordinates; units are for places on the "
+            "earth, with crs: {from: EPSG:4326}"
+        )
     kind = DIMENSIONS[unit]
     if dimension not in (None, kind):
         units = ", ".join(UNITS[dimension or kind])

@@ -61,7 +61,7 @@ def test_settled_stops_after_one_round_that_hardly_changed_the_population(counts
 
 def test_settled_keeps_the_cap_of_rounds():
     assert Settled(rounds=4)([UNSETTLED] * 3) is None
-    assert Settled(rounds=4)([UNSETTLED] * 4) == "all 4 rounds done"
+    assert Settled(rounds=4)([UNSETTLED] * 4) == "all 4 rounds of the last level done"
 
 
 def test_opening_round_of_settled_has_steps_of_its_own():

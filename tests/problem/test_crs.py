@@ -389,7 +389,7 @@ def test_quantities(text, dimension, value):
 
 def test_quantities_are_for_cases_of_the_earth_and_of_their_dimension():
     assert case(spacing={"value": "h", "minimum": "2 km"}, parameters={"h": "10 km"}).spacing.minimum == 2000
-    with pytest.raises(CaseError, match=r"spacing: 10 km has a unit, which goes with places on the earth: add crs"):
+    with pytest.raises(CaseError, match=r"spacing: 10 km has a unit: give the number alone, in the unit of the coord"):
         load_case("a.yaml", text="domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 10 km\n")
     with pytest.raises(CaseError, match=r"spacing.maximum: .*10 km2 is no length: give one in mm, cm, m, km, nmi"):
         case(spacing={"maximum": "10 km2"})
