@@ -17,6 +17,7 @@ MOST_FINER = 12  # digits that a place may have more, so that it has all that a 
 FINEST_FIXED, LARGEST_FIXED = 1e-9, 1e15  # steps and numbers that are written without an exponent
 MOST_NAMES = 20  # that one message lists
 LONGEST_REASON = 200  # letters of what a library says of a file that it cannot read
+ALIKE = 0.65  # of 1: a word that is no more like another one is hardly a slip of the pen
 NAME = re.compile(r"(?<!\w)'[^']+'(?!\w)")  # in quotes
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 
@@ -153,7 +154,7 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     """The known word that ``word`` may mean: one that is alike, else the only one that begins so."""
     words = list(known)
     longer = [one for one in words if word and one.startswith(word)]
-    return next(iter(get_close_matches(word, words, n=1) or longer[: len(longer) == 1]), None)
+    return next(iter(get_close_matches(word, words, n=1, cutoff=ALIKE) or longer[: len(longer) == 1]), None)
 
 
 def listed(words: Sequence[str], most: int = MOST_NAMES) -> str:

@@ -61,7 +61,8 @@ class BatchProgress(console.Display, BatchListener):
         self.over.add(number)
         self.running.pop(number, None)
         self.bar.advance(self.task)
-        self.counts["unchanged" if unchanged else outcome(row.exit_code)] += 1
+        # What missed a requirement before counts as that again: the exit code does.
+        self.counts["unchanged" if unchanged and row.exit_code == DONE else outcome(row.exit_code)] += 1
         if row.error is not None:
             console.fail(f"{self._count} {_named(row)}")
         elif not self.quiet and self.live is None:

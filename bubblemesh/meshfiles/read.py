@@ -274,7 +274,7 @@ def _read(path: Path) -> Source:
     if is_confined() and path.suffix.lower() not in SELF_CONTAINED:
         raise CaseError(f"{path}: may name other files: an untrusted case gives data as {', '.join(SELF_CONTAINED)}")
     if path == Path("-") and not path.exists():
-        raise FileError("-: a mesh is not read from the standard input: write it to a file, whose ending tells its format")
+        raise FileError("-: a mesh is not read from the standard input: write it to a file first")
     with prefixed(path), opened(path) as stream:
         if not stream.peek(1):
             raise FileError("is empty")

@@ -57,11 +57,17 @@ def _summary(rows: Sequence[Row]) -> str:
 def _heads(swept: Sequence[str], low: float) -> Markup:
     text = [("Case", "text"), ("Status", "text"), *((key, "text") for key in swept)]
     heads = [
-        tag("th", tag("button", name, type="button"), scope="col", class_=kind, data_kind=kind)
+        tag("th", tag("button", _in_lines(name), type="button"), scope="col", class_=kind, data_kind=kind)
         for name, kind in [*text, *((name, "number") for name, _, _ in COLUMNS)]
     ]
     scale = tag("th", f"q from {low:g} to 1", scope="col", class_="scale-head")
     return html(*heads[: len(text)], scale, *heads[len(text) :])
+
+
+def _in_lines(name: str) -> Markup:
+    """A name that may go on in the next line after each of its dots, as keys of cases have."""
+    first, *others = name.split(".")
+    return html(first, *(part for other in others for part in (".", tag("wbr"), other)))
 
 
 def _case(row: Row, swept: Sequence[str], low: float) -> Markup:

@@ -34,7 +34,7 @@ def layers_section(mesh: Mesh, rows: Sequence[Mapping[str, Any]]) -> Markup:
     heads = [head("Label", text=True), *map(head, HEADS)]
     figures = table("On each label", heads, [list(_cells(row, size)) for row in rows])
     title = tag("h2", "Boundary layers", id="layers-title")
-    parts = tag("div", figures, class_="scroll"), tag("p", MEANING, class_="note"), _picture(mesh, rows, size)
+    parts = tag("div", figures, class_="scroll dense"), tag("p", MEANING, class_="note"), _picture(mesh, rows, size)
     return tag("section", title, *parts, aria_labelledby="layers-title")
 
 

@@ -14,7 +14,7 @@ from bubblemesh.pictures.styles import LABEL_COLOURS, REGION_COLOURS
 
 NUMBER = r"-?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
 PLACE = re.compile(rf"\(({NUMBER}), ({NUMBER})\)")
-EMPTY = {"img", "input"}  # elements that have no end
+EMPTY = {"img", "input", "wbr"}  # elements that have no end
 
 
 class Markup(str):

@@ -173,9 +173,7 @@ def _map(name: str) -> Colormap:
     try:
         return mpl.colormaps[name]
     except KeyError:
-        raise PlotOptionError(
-            "colormap", f"{name!r} is unknown: {meant(name, (QUALITY.name, *mpl.colormaps))}"
-        ) from None
+        raise PlotOptionError("colormap", unknown("colour map", name, (QUALITY.name, *mpl.colormaps))) from None
 
 
 def _around_one(ratios: Floats) -> tuple[float, float]:

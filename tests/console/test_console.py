@@ -151,6 +151,15 @@ def begin(progress, *names):
     progress.begin([Entry(k, Row(name, f"{name}.yaml", 0)) for k, name in enumerate(names, 1)], 1, Path("s"))
 
 
+def test_a_requirement_that_stays_missed_is_counted_as_such(monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    with BatchProgress(quiet=False) as progress:
+        begin(progress, "old", "strict")
+        progress.finish(1, OLD, unchanged=True)
+        progress.finish(2, Row("strict", "c.yaml", 4, error="c.yaml: quality_min is 0.1", figures=FINE), unchanged=True)
+    assert "2 cases: 1 missed a requirement, 1 unchanged; summary in s" in stream.getvalue()
+
+
 @pytest.mark.parametrize("quiet", [True, False])
 def test_a_batch_is_told_in_plain_lines(quiet, monkeypatch):
     stream = terminal(monkeypatch, live=False)

@@ -33,7 +33,7 @@ def test_the_index_lists_every_case_with_its_link_and_message():
     assert "4 cases: 2 done, 1 missed a requirement, 1 failed. 4,560 nodes in 1 min 17 s." in text
     assert "a.yaml: domain: &lt;b&gt; at (0, 1)" in text
     assert "quality_min is 0.42" in text
-    assert "packing.w2" in text
+    assert "packing.<wbr>w2" in text
     assert len(elements.named("svg", **{"class": "range"})) == 3
     assert len(elements.named("script")) == 1
     assert not re.findall(r"https?:", text)
@@ -138,6 +138,17 @@ def test_the_index_fits_a_telephone_in_the_dark(browser, index):
     places = browser.js(f"{lefts}.getBoundingClientRect())")
     assert all(place["left"] >= 0 and place["right"] <= 390 for place in places)
     assert browser.complaints() == []
+
+
+def test_words_and_keys_stay_whole_in_1200_pixels(browser, tmp_path):
+    row = ROWS[2] | {"sweep": {"parameters.h": 0.1, "packing.seed": 12}}
+    (tmp_path / "index.html").write_text(index_page([row]))
+    browser.open(tmp_path / "index.html", width=1200)
+    line = 22  # pixels
+    assert browser.js("return document.querySelector('td.text').clientHeight") <= 2 * line + 8
+    heights = browser.js("return [...document.querySelectorAll('thead button')].map((head) => head.offsetHeight)")
+    assert max(heights[2:4]) <= 2 * line  # after the dots of keys
+    assert browser.js("const all = document.querySelector('.scroll'); return all.scrollWidth <= all.clientWidth")
 
 
 def test_three_swept_keys_fit_into_1280_pixels(browser, tmp_path):

@@ -54,6 +54,14 @@ def test_each_label_has_a_row_and_the_lowest_column_a_place(layered):
     assert again[1] == button[1]
 
 
+def test_the_table_fits_into_1200_pixels(browser, layered, tmp_path):
+    row = layered.report["layers"][1]
+    row = row | {"shortest": [{"layers": 5, "at": [-0.0201618, -0.0132085]}], "columns": 12345, "region": "water"}
+    (tmp_path / "a.html").write_text(page_of(layered, layers=[row]))
+    browser.open(tmp_path / "a.html", width=1200)
+    assert browser.js("const all = document.querySelector('.dense'); return all.scrollWidth <= all.clientWidth")
+
+
 def test_a_picture_shows_the_wall(layered):
     ((_, attributes, _),) = Elements(section_of(page_of(layered))).named("img")
     picture = Image.open(io.BytesIO(base64.b64decode(attributes["src"].partition(",")[2])))
