@@ -17,7 +17,7 @@ from bubblemesh.meshes.histograms import lowest_shown
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import MeasuresInMetric, measures_of
 from bubblemesh.meshes.quality import TARGET_SPACING, signed_areas, spacing_ratios
-from bubblemesh.messages import meant, shown, unknown
+from bubblemesh.messages import shown, unknown
 from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
 from bubblemesh.records import record
 
