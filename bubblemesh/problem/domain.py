@@ -29,7 +29,7 @@ from bubblemesh.problem.repair import repair_of, with_repair
 from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_areas_of, selection_of
 
 if TYPE_CHECKING:
-    from bubblemesh.problem.shoreline import Sea
+    from bubblemesh.problem.shoreline.box import Sea
     from bubblemesh.spacing.spacing import Spacing
 
 DOMAIN = Key(["domain"])
@@ -65,7 +65,9 @@ def _domain(keys: DomainKeys) -> Domain:
 def _sea(case: Case) -> Domain:
     """The domain of the sea in a box, with the detail that its spacing can show."""
     # Imported here since few domains are seas.
-    from bubblemesh.problem.shoreline import SHORE, areas_of_sea, fitted, sea_in_box
+    from bubblemesh.problem.shoreline.box import sea_in_box
+    from bubblemesh.problem.shoreline.rings import SHORE, areas_of_sea
+    from bubblemesh.problem.shoreline.shoreline import fitted
     from bubblemesh.problem.spacing import case_spacing
 
     keys = case.domain
@@ -108,7 +110,8 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
     if isinstance(keys, FileDomain):
         return _areas_of_file(keys)
     if isinstance(keys, ShoreDomain):
-        from bubblemesh.problem.shoreline import areas_of_sea, sea_in_box
+        from bubblemesh.problem.shoreline.box import sea_in_box
+        from bubblemesh.problem.shoreline.rings import areas_of_sea
 
         return areas_of_sea(sea_in_box(keys), keys.shoreline.file)
     repair, areas, holes = repair_of(keys), list(_outer_areas(keys)), list(_holes(keys))

@@ -12,7 +12,9 @@ from invariants import check_mesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.problem.shoreline import BAND, fitted, sea_in_box, without_narrow
+from bubblemesh.problem.shoreline.box import sea_in_box
+from bubblemesh.problem.shoreline.channels import BAND, without_narrow
+from bubblemesh.problem.shoreline.shoreline import fitted
 from bubblemesh.run.pipeline import mesh_case
 
 BOX = [0, 0, 100, 60]
