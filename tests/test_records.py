@@ -67,6 +67,14 @@ class Single:
     x: float
 
 
+@record(kw_only=True)
+class Figures:
+    """Fields by their names alone, in any order of those with defaults."""
+
+    least: float | None = None
+    mean: float
+
+
 @TWINS
 def test_records_are_shown_and_compared_as_frozen_dataclasses_are(kind):
     one = kind(1, ["a"], note="this", seen={1: 2})
@@ -101,6 +109,12 @@ def test_the_functions_of_dataclasses_know_records():
     match one:
         case High(x, y, z):
             assert (x, y, z) == (1.0, 0.0, 3.0)
+
+
+def test_fields_may_be_given_by_their_names_alone():
+    assert Figures(mean=2.0) == Figures(least=None, mean=2.0)
+    with pytest.raises(TypeError, match="positional"):
+        Figures(1.0, 2.0)
 
 
 def test_records_of_different_classes_differ():

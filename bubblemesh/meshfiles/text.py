@@ -92,7 +92,8 @@ def _json_text(value: Any, indent: int) -> str:
 def json_ready(value: Any) -> Any:
     """Turn NumPy values, records, paths and tuples into what JSON knows; NaN and infinity become None.
 
-    A value that JSON has no form for is a TypeError.
+    Records and named tuples become mappings by the names of their fields. A value that JSON has no form for is a
+    TypeError.
     """
     if value is None or isinstance(value, (str, int, bool)):
         return value
@@ -107,6 +108,8 @@ def json_ready(value: Any) -> Any:
         return str(value)
     if isinstance(value, Mapping):
         return {str(key): json_ready(item) for key, item in value.items()}
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return {key: json_ready(item) for key, item in zip(value._fields, value, strict=True)}
     if isinstance(value, (list, tuple)):
         return [json_ready(item) for item in value]
     if dataclasses.is_dataclass(value) and not isinstance(value, type):

@@ -1,14 +1,15 @@
 """Figures of what a case asks for, before any packing: for its estimate and for the report of its run."""
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.problem.problem import Problem
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 if TYPE_CHECKING:
+    from bubblemesh.layers.figures import LabelLayers
     from bubblemesh.layers.rest import Rest
 
 
@@ -40,17 +41,17 @@ def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
     return {key: SpacingChange(changed.share, changed.ratio, changed.ratio_at) for key, changed in changes}
 
 
-def _layers(rest: "Rest") -> list[dict[str, Any]]:
-    """Figures of the layers on each label, as plain data."""
+def _layers(rest: "Rest") -> "tuple[LabelLayers, ...]":
+    """Figures of the layers on each label."""
     from bubblemesh.layers.figures import figures
 
-    return [asdict(found) for found in figures(rest.strips)]
+    return figures(rest.strips)
 
 
 def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
     """Figures of what a case asks for, before any packing, as plain data; unless ``complete``, without parameters."""
     domain, survey, target = problem.domain, problem.survey, problem.node_target
-    return {
+    told = {
         "case": problem.task.name,
         "method": problem.task.method_name,
         **({"parameters": problem.task.parameters} if complete else {}),
@@ -59,14 +60,15 @@ def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
         "pieces": domain.piece_count,
         "holes": domain.hole_count,
         "labels": domain.labels,
-        **({} if (repairs := repair_rows(domain)) is None else {"repairs": [row._asdict() for row in repairs]}),
-        "spacing": survey.extremes._asdict(),
+        **({} if (repairs := repair_rows(domain)) is None else {"repairs": repairs}),
+        "spacing": survey.extremes,
         **({"metric": {"aspect": problem.spacing.aspect}} if isinstance(problem.spacing, MetricSpacing) else {}),
-        **({"packed_spacing": problem.packing_extremes._asdict()} if problem.refined else {}),
-        **{key: asdict(changed) for key, changed in spacing_changes(problem).items()},
+        **({"packed_spacing": problem.packing_extremes} if problem.refined else {}),
+        **spacing_changes(problem),
         **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),
         **({} if problem.rest is None else {"layers": _layers(problem.rest)}),
         "ideal_nodes": survey.ideal_nodes,
         "expected_nodes": problem.expected_nodes,
         "warnings": problem.warnings,
     }
+    return dict(json_ready(told))

@@ -1,7 +1,7 @@
 """The report of a run: figures of the start, of each round and of the mesh, as a frozen record."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -12,6 +12,7 @@ from bubblemesh.geometry.followed import Deviation
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.metric import ENTRIES, MeasuresInMetric
 from bubblemesh.meshes.quality import TARGET_SPACING, Measures
+from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.packing.rounds import Round
@@ -144,13 +145,12 @@ class PlaneRow:
         return cls(plane.source, plane.definition, plane.target or "auto", (float(scale.min()), float(scale.max())))
 
 
-@record
+@record(kw_only=True)
 class Report(Mapping[str, Any]):
     """Everything that is known of a run.
 
-    It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. What is None unless the case asks for it
-    (``rules``, ``periodic``, ``deviation``, ``repairs``, ``budget``, ``refinement``, ``adaptation``, ``parts``,
-    ``partition``, ``layers``, ``crs``, ``water``, ``metric``) has no key.
+    It is a mapping as well, as its JSON is: ``report["quality"]["mean"]``. A field whose default is None has a key only
+    if the case asks for it.
     """
 
     case: str
@@ -163,8 +163,8 @@ class Report(Mapping[str, Any]):
     rounds: tuple[RoundRow, ...]
     stop_reason: str | None
     finished: bool
-    rules: SpacingChange | None
-    periodic: SpacingChange | None
+    rules: SpacingChange | None = None
+    periodic: SpacingChange | None = None
     ideal_nodes: float
     force_evaluations: int
     nodes: int
@@ -175,7 +175,7 @@ class Report(Mapping[str, Any]):
     area: float
     spacing: Mapping[str, Any]
     area_error: float
-    deviation: Deviation | None
+    deviation: Deviation | None = None
     seconds: Mapping[str, float]
     peak_memory_mb: float | None
     warnings: tuple[str, ...]
@@ -193,8 +193,9 @@ class Report(Mapping[str, Any]):
     @cached_property
     def data(self) -> dict[str, Any]:
         """The report as plain data, in the order of its JSON."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {key: _plain(value) for key, value in values.items() if value is not None or key not in OPTIONAL}
+        values = ((field, getattr(self, field.name)) for field in fields(self))
+        told = {field.name: value for field, value in values if value is not None or field.default is not None}
+        return dict(json_ready(told))
 
     def __getitem__(self, key: str) -> Any:
         return self.data[key]
@@ -204,31 +205,6 @@ class Report(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self.data)
-
-
-OPTIONAL = (
-    "crs",
-    "water",
-    "rules",
-    "periodic",
-    "deviation",
-    "repairs",
-    "budget",
-    "refinement",
-    "adaptation",
-    "parts",
-    "partition",
-    "layers",
-    "metric",
-)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, tuple) and hasattr(value, "_asdict"):
-        return value._asdict()
-    if isinstance(value, tuple):
-        return [_plain(entry) for entry in value]
-    return asdict(value) if is_dataclass(value) and not isinstance(value, type) else value
 
 
 def triangle_fields(measures: Measures, spacing: Spacing, plane: Plane | None) -> dict[str, Floats]:

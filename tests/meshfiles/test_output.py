@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import h5py
 import numpy as np
@@ -366,6 +367,7 @@ def test_the_message_names_the_file_and_not_the_staging_directory(tmp_path):
 FULL_DISK = """
 import resource, sys
 from pathlib import Path
+from typing import NamedTuple
 sys.path[:0] = sys.argv[1], str(Path(sys.argv[1]).parent)
 from format_names import ALL
 from squares import fields_of, holed_square
@@ -455,6 +457,11 @@ class Record:
     b: tuple
 
 
+class Named(NamedTuple):
+    at: tuple
+    size: float
+
+
 def test_the_report_is_plain_json():
     report = {
         "z": np.float64(0.1),
@@ -462,6 +469,7 @@ def test_the_report_is_plain_json():
         "nan": float("nan"),
         "inf": np.array([1.0, -np.inf]),
         "record": Record(np.float32(0.5), (1, Path("x"))),
+        "named": [Named((1, 2), 0.5)],
         3: np.array(4),
         "third": 1 / 3,
     }
@@ -469,10 +477,11 @@ def test_the_report_is_plain_json():
     assert text.endswith("}\n")
     assert text.startswith('{\n  "z": 0.1,\n  "a": [\n    2,\n    true,\n    null,\n    "ü"\n  ],\n')
     read = json.loads(text)
-    assert list(read) == ["z", "a", "nan", "inf", "record", "3", "third"]
+    assert list(read) == ["z", "a", "nan", "inf", "record", "named", "3", "third"]
     assert read["nan"] is None
     assert read["inf"] == [1.0, None]
     assert read["record"] == {"a": 0.5, "b": [1, "x"]}
+    assert read["named"] == [{"at": [1, 2], "size": 0.5}]
     assert read["3"] == 4
     assert read["third"] == 1 / 3
 
