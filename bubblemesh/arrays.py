@@ -150,7 +150,7 @@ def is_real(value: Any) -> bool:
     return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
-def others(count: int, numbers: Integers) -> Integers:
+def complement(count: int, numbers: Integers) -> Integers:
     """Numbers (k,) from 0 up to ``count`` that are not among some (n,); NumPy's ``setdiff1d`` loads masked arrays."""
     free = np.ones(count, bool)
     free[numbers[(numbers >= 0) & (numbers < count)]] = False

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bubblemesh.arrays import components, different_rows, gathered, median, members, others, quantile, taken
+from bubblemesh.arrays import complement, components, different_rows, gathered, median, members, quantile, taken
 
 
 @given(st.lists(st.integers(0, 5)))
@@ -65,5 +65,5 @@ def test_rows_are_taken_as_by_an_index(shape, which):
 
 
 @given(st.integers(0, 8), st.lists(st.integers(-2, 10)))
-def test_others_are_the_numbers_up_to_a_count_that_are_not_among_some(count, numbers):
-    assert others(count, np.array(numbers, np.int64)).tolist() == sorted({*range(count)} - {*numbers})
+def test_the_complement_is_the_numbers_up_to_a_count_that_are_not_among_some(count, numbers):
+    assert complement(count, np.array(numbers, np.int64)).tolist() == sorted({*range(count)} - {*numbers})

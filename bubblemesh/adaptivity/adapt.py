@@ -18,7 +18,7 @@ from bubblemesh.adaptivity.sizes import (
     smooth_sizes,
 )
 from bubblemesh.adaptivity.solution import Solution, require_coverage
-from bubblemesh.arrays import Floats, Integers, is_real, is_whole, others
+from bubblemesh.arrays import Floats, Integers, complement, is_real, is_whole
 from bubblemesh.case import Case
 from bubblemesh.case.models import IN_METRIC, MULTILEVEL
 from bubblemesh.case.spacing import SpacingTerms
@@ -161,7 +161,7 @@ def _next_problem(
     rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
     request = replace(request, rules=rules, nodes=nodes, nearest=target.instead_of(len(solution.points), terms))
     task = task_of(case, domain)
-    inner = others(len(solution.points), rim_nodes(solution.triangles))
+    inner = complement(len(solution.points), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
     share = present.share_of_own_size(domain, at(None))
     if share >= FEWEST_KEPT:

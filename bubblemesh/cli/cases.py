@@ -23,7 +23,7 @@ from bubblemesh.cli.options import (
     Untrusted,
     with_overrides,
 )
-from bubblemesh.cli.stdio import mesh_stream, read_input, write_json, write_new, write_output
+from bubblemesh.cli.stdio import mesh_stream, read_input, tell_written, write_json, write_new, write_output
 from bubblemesh.errors import CaseError, located
 
 if TYPE_CHECKING:
@@ -311,10 +311,7 @@ def deliver(
 
     FileError before the work if the result cannot be written.
     """
-    from bubblemesh import console
-    from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.console.run import PackingProgress
-    from bubblemesh.run.destination import Destination
 
     def delivered() -> "tuple[Result | SlicedResult, dict[str, Any]]":
         with PackingProgress(f"packing {case.name}", quiet, heed) as progress, located(source, case.origin):
@@ -328,13 +325,7 @@ def deliver(
 
     place.require_writable()
     result, report = case.within_limits(delivered, f"{source}: ")
-    if as_json:
-        write_json(report)
-    if not quiet:
-        show_quality(report)
-        if isinstance(place, Destination):
-            show_files(str(place.folder), report["files"])
-    console.warn(report["warnings"])
+    tell_written(report, place, as_json, quiet)
     if result.verdict is not None:
         raise result.verdict
 

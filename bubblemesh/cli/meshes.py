@@ -1,7 +1,6 @@
 """Commands on meshes of any origin: to look at them, and to divide them."""
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,7 +8,7 @@ import typer
 
 from bubblemesh.cli.completion import quantities, styles
 from bubblemesh.cli.options import AsJson, FormatsNamed, Output, Quiet, SolversNamed
-from bubblemesh.cli.stdio import mesh_stream, write_json
+from bubblemesh.cli.stdio import mesh_stream, tell_written, write_json
 from bubblemesh.errors import CaseError, located, prefixed
 
 if TYPE_CHECKING:
@@ -48,11 +47,8 @@ def quality(
     from bubblemesh.console.report import show_quality
     from bubblemesh.meshes.quality import Measures, mesh_figures
     from bubblemesh.meshfiles.read import digits, read_triangles
-    from bubblemesh.spacing.expression import Expression
-    from bubblemesh.spacing.spacing import Spacing
 
-    with located("--spacing"):
-        spacing_between = None if spacing is None else Spacing(Expression.parse(spacing, {})).between
+    spacing_between = None if spacing is None else given_spacing(spacing)
     if metric:
         if other is not None or spacing is not None:
             raise CaseError("--metric: it goes with one mesh, and without --spacing")
@@ -68,12 +64,21 @@ def quality(
     notes = chosen(mesh, (*file.source.notes, *file.curved), file.left_out)
     notes += faulty(mesh, points, triangles, digits(file.source))
     console.warn(notes)
-    with located("--spacing"):
-        figures = mesh_figures(Measures(points, triangles), spacing_between)
+    figures = mesh_figures(Measures(points, triangles), spacing_between)
     if as_json:
         write_json(figures | {"warnings": notes})
     else:
         show_quality(figures)
+
+
+def given_spacing(text: str) -> "SpacingBetween":
+    """Spacing of an expression in x and y; its errors, now and where it is evaluated, name the option."""
+    from bubblemesh.spacing.expression import Expression
+    from bubblemesh.spacing.spacing import Spacing
+
+    of_option = located("--spacing")
+    parsed = of_option(Expression.parse)(text, {})
+    return of_option(Spacing(parsed).between)
 
 
 def in_metric(mesh: Path, field: str | None, as_json: bool) -> None:
@@ -116,11 +121,9 @@ def partition(
     quiet: Quiet = False,
 ) -> None:
     """Divide a mesh into parts for a parallel solver, and write it with the part of each triangle and node."""
-    from bubblemesh import console
     from bubblemesh.case import Output as OutputKeys
-    from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.meshfiles.beside import files_beside
-    from bubblemesh.run.destination import Destination, OutputOptions, destination_beside, stream_destination
+    from bubblemesh.run.destination import OutputOptions, destination_beside, stream_destination
     from bubblemesh.run.division import divided_file
 
     mesh_file = divided_file(mesh, parts)
@@ -131,13 +134,7 @@ def partition(
         else destination_beside([mesh, *files_beside(mesh)], keys, Path(), f"{mesh_file.name}-{parts}", options)
     )
     report = place.write(mesh_file.mesh, mesh_file.fields, mesh_file.report)
-    if as_json:
-        write_json(report)
-    if not quiet:
-        show_quality(report)
-        if isinstance(place, Destination):
-            show_files(str(place.folder), report["files"])
-    console.warn(report["warnings"])
+    tell_written(report, place, as_json, quiet)
 
 
 def plot(
@@ -253,11 +250,9 @@ def compare(first: Path, second: Path, spacing_between: "SpacingBetween | None",
                 *faulty(path, each.mesh.points, each.mesh.triangles, each.digits),
             ]
         )
-    with nullcontext() if spacing_between is None else located("--spacing"):
-        a, b = (
-            comparison.compared(path, read[path].mesh, read[path].cell_data, spacing_between)
-            for path in (first, second)
-        )
+    a, b = (
+        comparison.compared(path, read[path].mesh, read[path].cell_data, spacing_between) for path in (first, second)
+    )
     if as_json:
         write_json(comparison.report(a, b))
     else:

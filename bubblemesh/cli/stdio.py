@@ -1,12 +1,20 @@
-"""The standard input and output, as bytes: the locale of the terminal does not matter to data; the error stream."""
+"""The standard input and output, as bytes: the locale of the terminal does not matter to data; the error stream.
+
+What is told of a written mesh is on both.
+"""
 
 import os
 import sys
 from pathlib import Path
-from typing import Any, BinaryIO, TextIO, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, cast
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import case_text, sync, unwritten
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from bubblemesh.run.destination import Destination, StreamDestination
 
 
 def read_input() -> str:
@@ -72,6 +80,23 @@ def write_json(data: Any) -> None:
     from bubblemesh.meshfiles.text import json_text
 
     write_output(json_text(data))
+
+
+def tell_written(
+    report: "Mapping[str, Any]", place: "Destination | StreamDestination", as_json: bool, quiet: bool
+) -> None:
+    """Tell of a mesh that was written: its report as JSON, its quality and its files on the terminal, its warnings."""
+    from bubblemesh import console
+    from bubblemesh.console.report import show_files, show_quality
+    from bubblemesh.run.destination import Destination
+
+    if as_json:
+        write_json(report)
+    if not quiet:
+        show_quality(report)
+        if isinstance(place, Destination):
+            show_files(str(place.folder), report["files"])
+    console.warn(report["warnings"])
 
 
 class Expendable:

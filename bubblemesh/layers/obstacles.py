@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Booleans, Floats, Integers, cross, each_once, others
+from bubblemesh.arrays import Booleans, Floats, Integers, complement, cross, each_once
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
@@ -41,7 +41,7 @@ class Obstacles:
         chords = boundary.chords()
         bare = ~layered[chords.piece]
         edges = walls.ends[layered[walls.piece] & walls.forward]
-        points = walls.x[others(len(boundary.corners), walls.ends)]
+        points = walls.x[complement(len(boundary.corners), walls.ends)]
         counts = len(edges), int(bare.sum()), len(points)
         origin = walls.x[walls.ends].mean(axis=(0, 1))
         return cls(

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, others
+from bubblemesh.arrays import Booleans, Floats, Integers, complement
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
@@ -55,7 +55,7 @@ class Rest:
             labels=(*whole.labels, FRONT),
         )
         traced, order = face(boundary, rim)
-        points = others(len(whole.corners), np.append(whole.start, whole.end))
+        points = complement(len(whole.corners), np.append(whole.start, whole.end))
         small, corners = compact(traced, points)
         matching = tuple(pair for pair in walls.domain.parts.periodic if {*pair} <= {*small.labels})
         alone = whole.corners[points]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers, components, contained, each_once, extent, first_rows, others
+from bubblemesh.arrays import Floats, Integers, complement, components, contained, each_once, extent, first_rows
 from bubblemesh.geometry.arrangement.winding import turns
 from bubblemesh.meshes.edges import directed_sides, one_sided, unique_edges
 from bubblemesh.meshes.quality import Measures
@@ -33,7 +33,7 @@ def _faults(points: Floats, triangles: Integers, digits: float) -> Iterator[str]
     solid = (ordered[:, :-1] != ordered[:, 1:]).all(axis=1)  # others are edges
     triangles, ordered = triangles[solid], ordered[solid]
     first = first_rows(ordered)
-    again = others(len(triangles), first)
+    again = complement(len(triangles), first)
     if len(again):
         what = "1 triangle is" if len(again) == 1 else f"{len(again):,} triangles are"
         at = place(points[triangles[again[0]]].mean(axis=0), size)

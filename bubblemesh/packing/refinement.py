@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers, all_of_rows, cross, others
+from bubblemesh.arrays import Floats, Integers, all_of_rows, complement, cross
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts, matching_edges
@@ -160,7 +160,7 @@ class Refinement:
         _, other, at = counterparts(self.domain.boundary, self.domain.periodic, piece, s)
         piece, s = np.append(piece, other), np.append(s, at)
         gone = self._beside(net, np.append(facets, twins))
-        bubbles = net.bubbles.select(others(len(net.bubbles), gone))
+        bubbles = net.bubbles.select(complement(len(net.bubbles), gone))
         x = np.vstack([self.domain.boundary.points(piece, s), additions.points])
         bubbles = bubbles.append(x, np.ones(len(x)), piece, s)
         try:
@@ -170,7 +170,7 @@ class Refinement:
         outside = np.flatnonzero(grown.valence == 0)
         if len(outside) == 0:
             return grown
-        return connect(grown.bubbles.select(others(len(grown.bubbles), outside)), self.domain)
+        return connect(grown.bubbles.select(complement(len(grown.bubbles), outside)), self.domain)
 
     def _with_twins(self, net: Net, facets: Integers) -> tuple[Integers, Integers]:
         """The facets (j,), one of two that match on periodic sides, and those (i,) that match some of them."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, cross, others, turned_left
+from bubblemesh.arrays import Booleans, Floats, Integers, complement, cross, turned_left
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.triangulation import circumcircles
@@ -83,7 +83,7 @@ class Sites:
         a, b = np.moveaxis(net.bubbles.x[net.facets], 1, 0)
         points, room = self._centres(net, faults)
         number, facet, blind = self._hindering(net, faults.triangles, points)
-        free = others(len(points), np.append(number, blind))
+        free = complement(len(points), np.append(number, blind))
         facet = facet[np.sort(np.unique(facet, return_index=True)[1])]
         middles, half = (a[facet] + b[facet]) / 2, np.hypot(*(b[facet] - a[facet]).T) / 2
         long = half > self._least_half(middles)
@@ -138,7 +138,7 @@ class Sites:
         order = np.lexsort((share, number))
         first = order[np.diff(number[order], prepend=-1) != 0]
         number, facet = number[first], facet[first]
-        seen = others(len(points), number)
+        seen = complement(len(points), number)
         middle, half = (a + b) / 2, np.hypot(*(b - a).T) / 2
         circles = shapely.STRtree(shapely.box(*(middle - half[:, None]).T, *(middle + half[:, None]).T))
         at, near = circles.query(shapely.points(points[seen]))
