@@ -146,7 +146,7 @@ def test_a_wall_that_goes_on_straight_without_layers_has_them_end_one_by_one():
     for layers, x in enumerate(wall[:5]):
         column = result.mesh.points[np.isclose(result.mesh.points[:, 0], x, atol=1e-9), 1]
         assert np.isclose(column[:, None], TOPS, rtol=0, atol=1e-12).any(axis=0).sum() == layers
-    assert row_of(result, "plate")["shortest"][0] == {"layers": 0, "at": (2.0, 0.0)}
+    assert row_of(result, "plate")["shortest"][0] == {"layers": 0, "at": [2.0, 0.0]}
 
 
 def test_ends_may_taper_where_they_could_follow():
