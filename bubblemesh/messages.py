@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
 from math import floor, isfinite, log10
@@ -26,6 +26,7 @@ _given: ContextVar[Callable[[tuple[float, float]], tuple[float, float]] | None] 
     "given places", default=None
 )
 _node_limit: ContextVar[str] = ContextVar("name of the limit on nodes", default="limits.max_nodes")
+_coarsening: ContextVar[str] = ContextVar("what makes meshes coarser", default="coarsen the spacing")
 
 
 def node_limit() -> str:
@@ -33,14 +34,28 @@ def node_limit() -> str:
     return _node_limit.get()
 
 
-@contextmanager
-def calling_node_limit(name: str) -> Iterator[None]:
+def calling_node_limit(name: str) -> AbstractContextManager[None]:
     """Have messages call the limit on the number of nodes by another name."""
-    token = _node_limit.set(name)
+    return _saying(_node_limit, name)
+
+
+def coarsening() -> str:
+    """What the user can do for a mesh of fewer nodes, as an advice."""
+    return _coarsening.get()
+
+
+def coarsened_by(advice: str) -> AbstractContextManager[None]:
+    """Have messages give another advice on how to get a mesh of fewer nodes."""
+    return _saying(_coarsening, advice)
+
+
+@contextmanager
+def _saying(phrase: ContextVar[str], text: str) -> Iterator[None]:
+    token = phrase.set(text)
     try:
         yield
     finally:
-        _node_limit.reset(token)
+        phrase.reset(token)
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """From a case and a solution on its mesh to the next mesh: sizes by the estimated error, the present nodes as start."""
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -25,6 +26,7 @@ from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
+from bubblemesh.messages import coarsened_by
 from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.metric import MetricRequest
@@ -104,7 +106,8 @@ def adapted(
     The exact solution, an expression in x and y, is to compare the estimate with. A mistake of the user's is a
     BubblemeshError.
     """
-    return case.within_limits(lambda: _adapted(case, solution, target, exact, on_round, on_share))
+    with nullcontext() if target.error is None else coarsened_by(f"ask for a larger {target.called('error')}"):
+        return case.within_limits(lambda: _adapted(case, solution, target, exact, on_round, on_share))
 
 
 def _adapted(

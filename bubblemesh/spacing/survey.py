@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
-from bubblemesh.messages import node_limit, place
+from bubblemesh.messages import coarsening, node_limit, place
 from bubblemesh.records import record
 from bubblemesh.spacing.cover import LARGEST_PART, Cover
 from bubblemesh.spacing.integrals import IntegralParts, Intervals, Triangles
@@ -134,7 +134,7 @@ def _too_many(needed: float, max_nodes: int) -> LimitError:
     many = f"about {needed:.3g} nodes" if np.isfinite(needed) else "more nodes than can be counted"
     return LimitError(
         f"{node_limit()}: the spacing needs {many}, more than the limit of {max_nodes}: "
-        "coarsen the spacing or raise the limit"
+        f"{coarsening()} or raise the limit"
     )
 
 

@@ -288,6 +288,12 @@ def test_as_many_nodes_as_before_are_no_more_than_the_limit():
     assert "43, are more than the limits of the case allow: the new mesh gets about 30" in report["warnings"][0]
 
 
+def test_an_error_that_needs_too_many_nodes_is_to_be_larger():
+    _, solution = flat(SQUARE)
+    with pytest.raises(LimitError, match=r"^limits.max_nodes: .*: ask for a larger error or raise the limit$"):
+        bubblemesh.adapt(case_of(SQUARE), solution, error=1e-5)
+
+
 def test_the_exact_solution_tells_the_effectivity(plate):
     values = plate.points[:, 0] ** 2
     solution = bubblemesh.Solution.of(plate.points, plate.triangles, values)
