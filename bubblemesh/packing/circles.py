@@ -9,6 +9,7 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import refined
 from bubblemesh.packing.methods import Method
 from bubblemesh.packing.net import Net, connect, connect_inside
+from bubblemesh.packing.population import Change
 from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import Dynamics, Relaxed
 from bubblemesh.packing.setting import Setting
@@ -63,9 +64,8 @@ class CirclePacking:
 
     def control(self) -> int:
         """Control the population; the number of new bubbles."""
-        domain, method, random, _ = self.setting
-        change = method.population(self.net, domain, self.spacing, random)
-        self.net = connect(change.bubbles, domain, self.net, change.triangles)
+        change = self._change()
+        self.net = connect(change.bubbles, self.setting.domain, self.net, change.triangles)
         return change.inserted
 
     def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
@@ -123,9 +123,17 @@ class CirclePacking:
         return method.annealing(self.net, domain, self.spacing, random, self._relaxed, rank, dynamics)
 
     def _controlled_again(self) -> int:
-        """Control the population between passes of the smoothing; the number of new bubbles."""
-        domain, method, random, _ = self.setting
-        change = method.population(self.net, domain, self.spacing, random)
+        """Control the population between passes of the smoothing; the number of new bubbles.
+
+        No relaxation comes before the next pass: bubbles outside are left out at once.
+        """
+        change = self._change()
         if change.deleted + change.inserted:
+            domain = self.setting.domain
             self.net = connect_inside(change.bubbles, domain, self.spacing, self.net, change.triangles)
         return change.inserted
+
+    def _change(self) -> Change:
+        """The change of the population, as the method controls it."""
+        domain, method, random, _ = self.setting
+        return method.population(self.net, domain, self.spacing, random)
