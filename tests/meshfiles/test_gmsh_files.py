@@ -150,9 +150,14 @@ def test_bytes_may_be_in_the_other_order(written):
         (HEAD + MESH.replace("7 1 0 0", "7 1 O 0"), "its section Nodes holds what is no number: it is damaged"),
         (HEAD + MESH.replace("8 2 2", "8 2.5 2"), "its section Elements has numbers that are not whole"),
         (HEAD + MESH.replace("8 2 2", "8 999 2"), "has elements of the kind 999 of Gmsh, which is not known here"),
+        (HEAD + MESH.replace("8 2 2", "8 2 -6"), "its elements are not as Gmsh writes them: the file is damaged"),
         (HEAD + MESH.replace("$Nodes\n4", "$Nodes\n-4"), "its section Nodes has a count below 0"),
         (HEAD + MESH.replace("$Nodes\n4", "$Nodes\nfour"), "its counts of nodes are no whole numbers"),
-        (HEAD + MESH + data("u", 0, 0, [(6, 1.0)]), "its data u are of what is not there: the file is damaged"),
+        (HEAD + MESH.replace("7 1 0 0", "6 1 0 0"), "names the node 7, which is not there: the file is damaged"),
+        (
+            HEAD + MESH + data("u", 0, 0, [(6, 1.0)]),
+            "its data u: names the node 6, which is not there",
+        ),
     ],
 )
 def test_damaged_files_are_told_in_words(written, text, told):

@@ -12,7 +12,7 @@ from bubblemesh.files import read_bytes
 from bubblemesh.meshfiles.sources.source import (
     Block,
     Data,
-    NodeNumbers,
+    Numbering,
     Source,
     reals,
     require_length,
@@ -50,7 +50,7 @@ def read_grid(path: Path) -> Source:
     elements, nodes = counts
     require_length(len(lines) - 2, nodes + elements, "lines of nodes and elements")
     table = reals(_rows(lines[2 : 2 + nodes], 4, "node"), "nodes").reshape(-1, 4)
-    index = NodeNumbers(table[:, 0].astype(np.int64))
+    index = Numbering(table[:, 0].astype(np.int64))
     faces = list(_cells(lines[2 + nodes : 2 + nodes + elements], index))
     edges, opened = _boundaries(iter(lines[2 + nodes + elements :]), index)
     return with_named_edges(table[:, 1:3], faces, edges, point_data={DEPTH: table[:, 3]}, open_sets=opened)
@@ -64,7 +64,7 @@ def _rows(lines: list[bytes], width: int, what: str) -> list[list[bytes]]:
     return rows
 
 
-def _cells(lines: list[bytes], index: NodeNumbers) -> Iterator[Block]:
+def _cells(lines: list[bytes], index: Numbering) -> Iterator[Block]:
     """Blocks of the elements by the number of their nodes."""
     by_width: dict[bytes, list[list[bytes]]] = {}
     for row in map(bytes.split, lines):
@@ -79,7 +79,7 @@ def _cells(lines: list[bytes], index: NodeNumbers) -> Iterator[Block]:
         yield Block(CELLS[width], index.places(nodes))
 
 
-def _boundaries(lines: Iterator[bytes], index: NodeNumbers) -> tuple[dict[str, Integers], tuple[str, ...]]:
+def _boundaries(lines: Iterator[bytes], index: Numbering) -> tuple[dict[str, Integers], tuple[str, ...]]:
     """Edges (m, 2) of each boundary's label, and the labels of open ones; none if the file ends before."""
     found: dict[str, list[Integers]] = {}
     open_labels = dict[str, None]()
@@ -105,9 +105,7 @@ def _count(line: bytes) -> int:
     return int(wholes(words, "numbers of boundaries")[0]) if words else 0
 
 
-def _boundary(
-    lines: Iterator[bytes], count: int, kind: int | None, index: NodeNumbers
-) -> Iterator[tuple[str, Integers]]:
+def _boundary(lines: Iterator[bytes], count: int, kind: int | None, index: Numbering) -> Iterator[tuple[str, Integers]]:
     """Edges of a boundary of so many nodes, with the name of its kind: of both sides of a barrier inside."""
     rows = [line.split() for _, line in zip(range(count), lines, strict=False)]
     require_length(len(rows), count, "nodes of a boundary")
@@ -143,7 +141,7 @@ def read_sms(path: Path) -> Source:
     if any(len(row) < 4 for row in nodes):
         raise FileError("has a node with fewer than 4 numbers in its line")
     table = reals([row[:4] for row in nodes], "nodes").reshape(-1, 4)
-    index = NodeNumbers(table[:, 0].astype(np.int64))
+    index = Numbering(table[:, 0].astype(np.int64))
     blocks, groups = [], list[Data]()
     for word, rows in cells.items():
         kind, width = SMS_CELLS[word]
@@ -157,7 +155,7 @@ def read_sms(path: Path) -> Source:
     return Source(table[:, 1:3], [*blocks, Block("line", edges)], {ELEVATION: table[:, 3]}, data)
 
 
-def _strings(words: list[bytes], index: NodeNumbers) -> tuple[Integers, Integers]:
+def _strings(words: list[bytes], index: Numbering) -> tuple[Integers, Integers]:
     """Edges (m, 2) of node strings, whose last node is negative, and the number (m,) of each one's string.
 
     A number may follow in the same line; else strings are counted.

@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
-from bubblemesh.meshfiles.sources.source import Block, Data, NodeNumbers, Source, reals, wholes
+from bubblemesh.meshfiles.sources.source import Block, Data, Numbering, Source, reals, wholes
 
 # meshio's name and the number of nodes of each kind of elements, by CalculiX's number.
 KINDS = {
@@ -107,7 +107,7 @@ def _elements(text: Iterator[str], width: int, numbers: Data) -> tuple[list[Bloc
         given = wholes(words, "numbers of nodes")
         if len(given) != count * len(found[kind][1]):
             raise FileError(f"an element of the kind {kind} has not {count} nodes: the file is damaged")
-        blocks.append(Block(name, NodeNumbers(numbers).places(given).reshape(-1, count)))
+        blocks.append(Block(name, Numbering(numbers).places(given).reshape(-1, count)))
     return blocks, [wholes(materials, "materials") for _, materials in found.values()]
 
 
@@ -131,5 +131,5 @@ def _result(text: Iterator[str], width: int) -> tuple[str, Data, Data]:
 def _at_nodes(numbers: Data, at: Data, values: Data) -> Data:
     """Values (n,) or (n, k) at all nodes, NaN where there are none."""
     found = np.full((len(numbers), values.shape[1]), np.nan)
-    found[NodeNumbers(numbers).places(at)] = values
+    found[Numbering(numbers).places(at)] = values
     return found[:, 0] if values.shape[1] == 1 else found

@@ -1,12 +1,12 @@
 """FreeFEM's own meshes, which share the ending .msh with Gmsh's."""
 
+from codecs import BOM_UTF8
 from pathlib import Path
 
 import numpy as np
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import opened, read_bytes
-from bubblemesh.meshfiles.sources.msh_sections import BYTE_ORDER_MARK
 from bubblemesh.meshfiles.sources.source import Block, Source, reals, require_length, wholes
 
 GROUP = "medit:ref"
@@ -15,13 +15,13 @@ GROUP = "medit:ref"
 def is_freefem(path: Path) -> bool:
     """Whether a file begins with three counts, and not with a section of Gmsh's."""
     with opened(path) as stream:
-        words = stream.readline(200).removeprefix(BYTE_ORDER_MARK).split()
+        words = stream.readline(200).removeprefix(BOM_UTF8).split()
     return len(words) == 3 and all(word.isdigit() for word in words)
 
 
 def read_freefem(path: Path) -> Source:
     """Nodes, triangles and boundary edges, with the numbers of their groups; FileError if it cannot be read."""
-    words = read_bytes(path).removeprefix(BYTE_ORDER_MARK).split()
+    words = read_bytes(path).removeprefix(BOM_UTF8).split()
     nodes, triangles, edges = wholes(words[:3], "counts").tolist()
     widths = np.repeat([3, 4, 3], [nodes, triangles, edges]) if max(nodes, triangles, edges) <= len(words) else [0]
     require_length(len(words) - 3, 3 * nodes + 4 * triangles + 3 * edges, "numbers")

@@ -2,6 +2,8 @@
 
 import re
 import shlex
+from codecs import BOM_UTF8
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -12,31 +14,30 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
-from bubblemesh.meshes.edges import find_keys
 from bubblemesh.meshfiles.groups import PARTITION
 from bubblemesh.meshfiles.sources.freefem import is_freefem, read_freefem
 from bubblemesh.meshfiles.sources.layers import GROUP
 from bubblemesh.meshfiles.sources.msh_data import CORNERS, ELEMENTS, NODES, data_at
 from bubblemesh.meshfiles.sources.msh_sections import (
-    BYTE_ORDER_MARK,
     Binary,
     Form,
     Numbers,
     Section,
     Text,
+    first_line,
     form_of,
-    line,
     sections,
 )
-from bubblemesh.meshfiles.sources.source import Block, Data, Source, wholes
+from bubblemesh.meshfiles.sources.source import Block, Data, Numbering, Source, wholes
 from bubblemesh.messages import shown
 
 AFFINE = re.compile(rb"^\s*Affine[^\n]*\n", re.MULTILINE)
 SHIFT = 16  # numbers of the map from a periodic side to the other one
 CURVE = 1  # dimension
-NOWHERE = -1, -1  # no entity
+NOWHERE = -1, -1  # which no entity is
 
 Entity = tuple[int, int]  # dimension and tag
+Sections = defaultdict[str, list[Section]]  # by their names
 
 
 class _Entities(NamedTuple):
@@ -53,56 +54,48 @@ class _Elements(NamedTuple):
     numbers: Integers  # (m,)
     nodes: Integers  # (m, k) by their numbers
     group: Integers  # (m,) 0 for none
-    entity: Entity | None = None
+    entity: Entity = NOWHERE
 
 
 def read_msh(path: Path) -> Source:
     """Mesh of Gmsh or of FreeFEM, which have the same ending, with its data; FileError if it cannot be read."""
     if is_freefem(path):
         return read_freefem(path)
-    data = read_bytes(path).removeprefix(BYTE_ORDER_MARK)
+    data = read_bytes(path).removeprefix(BOM_UTF8)
     form = form_of(data)
-    found: dict[str, list[Section]] = {"Nodes": [], "Elements": []}
+    found = Sections(list)
     for section in sections(data):
-        found.setdefault(section.name, []).append(section)
+        found[section.name].append(section)
     for name in ("Nodes", "Elements"):
         if not found[name]:
             raise FileError(f"has no ${name}: it is cut off, or holds no mesh")
     entities = _entities(found, form)
-    points, known = _nodes(found["Nodes"][0], form)
+    points, numbers = _nodes(found["Nodes"][0], form)
+    nodes = Numbering(numbers)
     elements = list(_elements(found["Elements"][0], form, entities))
-    order = np.argsort(known, kind="stable")
-
-    def at(nodes: Integers) -> Integers:
-        """Places of nodes among all of them, of each by its number; -1 for one that is not there."""
-        place = find_keys(known[order], nodes) if len(known) else np.full(nodes.shape, -1)
-        return np.where(place < 0, -1, order[place])
-
-    of_nodes, notes = data_at(found.get(NODES, ()), form, known)
+    cells = [Block(block.kind, _ordered(block.kind, nodes.places(block.nodes))) for block in elements]
+    of_nodes, notes = data_at(found[NODES], form, nodes)
     of_elements, more = _data_of_elements(found, form, elements, entities)
-    matching = [at(pairs) for section in found.get("Periodic", ()) for pairs in _periodic(section, form)]
-    if any((pairs < 0).any() for pairs in matching):
-        raise FileError("a periodic side has a node that is not there: the file is damaged")
-    cells = [Block(block.kind, _ordered(block.kind, at(block.nodes))) for block in elements]
-    names = _names(found.get("PhysicalNames", ()))
+    matching = [nodes.places(pairs) for section in found["Periodic"] for pairs in _periodic(section, form)]
+    names = _names(found["PhysicalNames"])
     told = tuple(dict.fromkeys([*notes, *more]))
     return Source(points, cells, of_nodes, of_elements, names, matching=matching, notes=told)
 
 
 def _data_of_elements(
-    found: Mapping[str, Sequence[Section]], form: Form, elements: Sequence[_Elements], entities: _Entities
+    found: Sections, form: Form, elements: Sequence[_Elements], entities: _Entities
 ) -> tuple[dict[str, Sequence[Data]], list[str]]:
     """Data of each block of elements, with its groups and parts, and notes on what is not read."""
     counts = [len(block.numbers) for block in elements]
-    known = np.concatenate([np.zeros(0, np.int64), *(block.numbers for block in elements)])
-    of_all, notes = data_at(found.get(ELEMENTS, ()), form, known)
+    numbers = np.concatenate([np.zeros(0, np.int64), *(block.numbers for block in elements)])
+    of_all, notes = data_at(found[ELEMENTS], form, Numbering(numbers, "element"))
     data: dict[str, Sequence[Data]] = {name: np.split(each, np.cumsum(counts)[:-1]) for name, each in of_all.items()}
     if any(block.group.any() for block in elements):
         data[GROUP] = [block.group for block in elements]
     if entities.part:
-        parts = [entities.part[block.entity or NOWHERE] for block in elements]
+        parts = [entities.part[block.entity] for block in elements]
         data[PARTITION] = [np.full(count, part) for count, part in zip(counts, parts, strict=True)]
-    if CORNERS in found:
+    if found[CORNERS]:
         notes.append(f"data at the corners of each element (${CORNERS}) are left out")
     return data, notes
 
@@ -126,13 +119,13 @@ def _names(stored: Iterable[Section]) -> dict[str, Integers]:
     return found
 
 
-def _entities(found: Mapping[str, Sequence[Section]], form: Form) -> _Entities:
+def _entities(found: Sections, form: Form) -> _Entities:
     """Groups of all entities, and the part, from 0, of those that a partition has cut."""
     group, part = dict[Entity, int](), dict[Entity, int]()
-    for section in found.get("Entities", ()):
+    for section in found["Entities"]:
         for entity, _, groups in _rows_of_entities(_numbers(section, form), form, cut=False):
             group[entity] = abs(groups[0]) if groups else 0
-    for section in found.get("PartitionedEntities", ()):
+    for section in found["PartitionedEntities"]:
         numbers = _numbers(section, form)
         _, ghosts = numbers.sizes(2).tolist()
         numbers.ints(2 * ghosts)  # copies of cells of other parts
@@ -160,22 +153,28 @@ def _rows_of_entities(numbers: Numbers, form: Form, cut: bool) -> Iterator[tuple
 def _nodes(section: Section, form: Form) -> tuple[Floats, Integers]:
     """Points (n, 3) and the numbers (n,) of nodes, in the order of the file."""
     if form.version == "2.2":
-        first, body = line(section.body)
+        first, body = first_line(section.body)
         rows, points = _numbers(section._replace(body=body), form).rows(_count(first, "nodes"), 3)
         return points, rows
     numbers = _numbers(section, form)
     blocks = int(numbers.sizes(2 if form.version == "4.0" else 4)[0])
     found = [(np.zeros((0, 3)), np.zeros(0, np.int64))]
     for _ in range(blocks):
-        one, other, parametric = numbers.ints(3).tolist()  # dimension and tag of an entity, in 4.0 tag and dimension
+        (dimension, _), parametric = _head(numbers, form)
         count = int(numbers.sizes(1)[0])
-        width = 3 + (0 if not parametric else other if form.version == "4.0" else one)
+        width = 3 + (dimension if parametric else 0)
         if form.version == "4.0":
             tags, table = numbers.rows(count, width)
         else:
-            tags, table = numbers.sizes(count), numbers.reals(count * width).reshape(count, width)
+            tags, table = numbers.tags(count), numbers.reals(count * width).reshape(count, width)
         found.append((table[:, :3], tags))
     return np.concatenate([points for points, _ in found]), np.concatenate([tags for _, tags in found])
+
+
+def _head(numbers: Numbers, form: Form) -> tuple[Entity, int]:
+    """Entity that the next nodes or elements are of, and the number after it."""
+    one, other, more = numbers.ints(3).tolist()
+    return ((other, one) if form.version == "4.0" else (one, other)), more
 
 
 def _elements(section: Section, form: Form, entities: _Entities) -> Iterator[_Elements]:
@@ -184,32 +183,31 @@ def _elements(section: Section, form: Form, entities: _Entities) -> Iterator[_El
         yield from _merged(_old_elements(section, form))
         return
     numbers = _numbers(section, form)
-    of_elements = numbers.ints if form.version == "4.0" else numbers.sizes
     for _ in range(int(numbers.sizes(2 if form.version == "4.0" else 4)[0])):
-        one, other, kind = numbers.ints(3).tolist()
-        entity = (other, one) if form.version == "4.0" else (one, other)
+        entity, kind = _head(numbers, form)
         count, (name, width) = int(numbers.sizes(1)[0]), _kind(kind)
-        table = of_elements(count * (1 + width)).reshape(count, 1 + width)
+        table = numbers.tags(count * (1 + width)).reshape(count, 1 + width)
         if not entities.part or entity in entities.part:
             yield _Elements(name, table[:, 0], table[:, 1:], np.full(count, entities.group.get(entity, 0)), entity)
 
 
 def _old_elements(section: Section, form: Form) -> Iterator[_Elements]:
     """Elements of version 2.2, which have tags of their own, the first of which is the group."""
-    first, body = line(section.body)
+    first, body = first_line(section.body)
     left = _count(first, "elements")
     numbers = _numbers(section._replace(body=body), form)
     while left > 0:
         if isinstance(numbers, Text):
-            _, kind, tags = numbers.next(3).tolist()
-            name, width = _kind(kind)
-            table = np.delete(numbers.alike(3 + tags + width, slice(1, 3)), [1, 2], axis=1)
+            (_, kind, tags), count = numbers.ahead(3).tolist(), 1
         else:
             kind, count, tags = numbers.ints(3).tolist()
-            name, width = _kind(kind)
-            table = numbers.ints(count * (1 + tags + width)).reshape(count, 1 + tags + width)
-        if len(table) == 0 or tags < 0:
+        if count < 1 or tags < 0:
             raise FileError("its elements are not as Gmsh writes them: the file is damaged")
+        name, width = _kind(kind)
+        if isinstance(numbers, Text):
+            table = np.delete(numbers.alike(3 + tags + width, slice(1, 3)), [1, 2], axis=1)
+        else:
+            table = numbers.ints(count * (1 + tags + width)).reshape(count, 1 + tags + width)
         left -= len(table)
         group = table[:, 1] if tags else np.zeros(len(table), np.int64)
         yield _Elements(name, table[:, 0], table[:, 1 + tags :], group)
@@ -256,6 +254,6 @@ def _periodic(section: Section, form: Form) -> Iterator[Integers]:
         elif count < 0:  # which announces a map
             numbers.reals(SHIFT)
             count = int(numbers.sizes(1)[0])
-        pairs = (numbers.sizes if form.version == "4.1" else numbers.ints)(2 * count).reshape(-1, 2)
+        pairs = numbers.tags(2 * count).reshape(-1, 2)
         if dimension == CURVE:
             yield pairs

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import FileError
-from bubblemesh.meshfiles.sources.msh_sections import Binary, Form, Numbers, Section, Text, line
-from bubblemesh.meshfiles.sources.source import wholes
+from bubblemesh.errors import FileError, prefixed
+from bubblemesh.meshfiles.sources.msh_sections import Binary, Form, Numbers, Section, Text, first_line
+from bubblemesh.meshfiles.sources.source import Numbering, wholes
 from bubblemesh.messages import shown
 
 NODES, ELEMENTS, CORNERS = "NodeData", "ElementData", "ElementNodeData"
@@ -24,8 +24,8 @@ class _Step(NamedTuple):
     values: Floats  # (m,) or (m, k)
 
 
-def data_at(sections: Iterable[Section], form: Form, known: Integers) -> tuple[dict[str, Floats], list[str]]:
-    """Data (n,) or (n, k) by its name, of nodes or elements with numbers (n,), and notes on what is not read.
+def data_at(sections: Iterable[Section], form: Form, numbering: Numbering) -> tuple[dict[str, Floats], list[str]]:
+    """Data (n,) or (n, k) by its name, of nodes or elements by their numbers (n,), and notes on what is not read.
 
     Of several times the last one counts; where there is nothing, values are NaN. FileError if a section is damaged, or
     has values of what is not there.
@@ -34,20 +34,15 @@ def data_at(sections: Iterable[Section], form: Form, known: Integers) -> tuple[d
     for section in sections:
         step = _step(section, form)
         steps.setdefault(step.name, []).append(step)
-    order = np.argsort(known, kind="stable")
     found, notes = {}, []
     for name, all_steps in steps.items():
         last = max(all_steps, key=lambda step: (step.time, step.number))
         if len(all_steps) > 1:
             which = f"step {last.number}" if all_steps[0].time == all_steps[-1].time else f"{last.time:g}"
             notes.append(f"holds {len(all_steps)} times of {name}: the last one, {which}, is read")
-        place = np.searchsorted(known, last.numbers, sorter=order)
-        at = order[np.minimum(place, len(order) - 1)] if len(order) else np.zeros(len(last.numbers), np.int64)
-        if len(last.numbers) and (len(order) == 0 or (known[at] != last.numbers).any()):
-            raise FileError(f"its data {shown(name)} are of what is not there: the file is damaged")
-        values = np.full((len(known), *last.values.shape[1:]), np.nan)
-        values[at] = last.values
-        found[name] = values
+        found[name] = np.full((len(numbering), *last.values.shape[1:]), np.nan)
+        with prefixed(f"its data {shown(name)}"):
+            found[name][numbering.places(last.numbers)] = last.values
     return found, notes
 
 
@@ -55,20 +50,18 @@ def _step(section: Section, form: Form) -> _Step:
     """Data of a section, which begins with lines of texts, real and whole numbers, each after their count."""
     tags, rest = list[list[bytes]](), section.body
     for what in ("names", "times", "counts"):
-        first, rest = line(rest)
+        first, rest = first_line(rest)
         lines = list[bytes]()
         for _ in range(int(wholes([first], f"numbers of {what} of data")[0])):
             if not rest:
                 raise FileError(f"its section {section.name} ends too early")
-            one, rest = line(rest)
+            one, rest = first_line(rest)
             lines.append(one)
         tags.append(lines)
     names, times, counts = tags
     if not names or len(counts) < 3:
         raise FileError(f"its section {section.name} has no name, or no number of values")
     number, width, count = wholes(counts[:3], "counts of data").tolist()
-    if min(width, count) < 0:
-        raise FileError(f"its section {section.name} has a count below 0: the file is damaged")
     numbers: Numbers = Binary(rest, section.name, form) if form.binary else Text(rest, section.name)
     rows, values = numbers.rows(count, width)
     name = names[0].strip(b'"').decode("utf-8", "replace")

@@ -13,7 +13,6 @@ from bubblemesh.errors import FileError
 from bubblemesh.meshfiles.sources.source import require_length
 from bubblemesh.messages import shown
 
-BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # which editors put before text
 HEAD = re.compile(rb"\$MeshFormat\s+(\S+)\s+(\d+)\s+(\d+)[ \t\r]*\n")
 BEGIN = re.compile(rb"^\$(\w+)[ \t\r]*\n", re.MULTILINE)
 VERSIONS = {"2": "2.2", "2.0": "2.2", "2.1": "2.2", "2.2": "2.2", "4": "4.0", "4.0": "4.0", "4.1": "4.1"}
@@ -73,7 +72,10 @@ class Numbers(Protocol):
         """Whole numbers (count,)."""
 
     def sizes(self, count: int) -> Integers:
-        """Whole numbers (count,) that are counts, or numbers of nodes and elements in version 4.1."""
+        """Whole numbers (count,) that are counts."""
+
+    def tags(self, count: int) -> Integers:
+        """Numbers (count,) of nodes or elements."""
 
     def reals(self, count: int) -> Floats:
         """Real numbers (count,)."""
@@ -94,7 +96,7 @@ class Text:
                 raise FileError(f"its section {name} holds what is no number: it is damaged") from None
         self._at, self._name = 0, name
 
-    def _next(self, count: int) -> Floats:
+    def _taken(self, count: int) -> Floats:
         _require_count(count, self._name)
         found = self._values[self._at : self._at + count]
         require_length(len(found), count, f"numbers of {self._name}")
@@ -102,25 +104,26 @@ class Text:
         return found
 
     def ints(self, count: int) -> Integers:
-        return _wholes(self._next(count), self._name)
+        return _wholes(self._taken(count), self._name)
 
-    sizes = ints
+    sizes = tags = ints
 
     def reals(self, count: int) -> Floats:
-        return self._next(count)
+        return self._taken(count)
 
     def rows(self, count: int, width: int) -> tuple[Integers, Floats]:
-        table = self._next(count * (1 + width)).reshape(count, 1 + width)
+        _require_count(min(count, width), self._name)
+        table = self._taken(count * (1 + width)).reshape(count, 1 + width)
         return _wholes(table[:, 0], self._name), table[:, 1:]
 
-    def next(self, count: int) -> Integers:
-        """The next whole numbers (count,), which stay next."""
+    def ahead(self, count: int) -> Integers:
+        """The whole numbers (count,) that come next, and will be the next ones still."""
         found = self.ints(count)
         self._at -= count
         return found
 
     def alike(self, width: int, same: slice) -> Integers:
-        """Rows (m, width) from here on, as long as they have the same numbers in some columns; the first is whole."""
+        """The rows (m, width) that come next, as long as the columns ``same`` hold what they do in the first one."""
         left = (len(self._values) - self._at) // width
         require_length(left, 1, f"rows of {self._name}")
         table = self._values[self._at : self._at + left * width].reshape(left, width)
@@ -139,7 +142,7 @@ class Binary:
     def __init__(self, body: bytes, name: str, form: Form) -> None:
         self._body, self._name, self._form, self._at = body, name, form, 0
 
-    def _next(self, kind: np.dtype[Any], count: int) -> NDArray[Any]:
+    def _taken(self, kind: np.dtype[Any], count: int) -> NDArray[Any]:
         _require_count(count, self._name)
         left = (len(self._body) - self._at) // kind.itemsize
         require_length(left, count, f"numbers of {self._name}")
@@ -148,21 +151,25 @@ class Binary:
         return found
 
     def ints(self, count: int) -> Integers:
-        return self._next(np.dtype(f"{self._form.order}i4"), count).astype(np.int64)
+        return self._taken(np.dtype(f"{self._form.order}i4"), count).astype(np.int64)
 
     def sizes(self, count: int) -> Integers:
-        return self._next(np.dtype(f"{self._form.order}i{self._form.size}"), count).astype(np.int64)
+        return self._taken(np.dtype(f"{self._form.order}i{self._form.size}"), count).astype(np.int64)
+
+    def tags(self, count: int) -> Integers:
+        return self.sizes(count) if self._form.version == "4.1" else self.ints(count)
 
     def reals(self, count: int) -> Floats:
-        return self._next(np.dtype(f"{self._form.order}f8"), count).astype(float)
+        return self._taken(np.dtype(f"{self._form.order}f8"), count).astype(float)
 
     def rows(self, count: int, width: int) -> tuple[Integers, Floats]:
+        _require_count(min(count, width), self._name)
         kind = np.dtype([("number", f"{self._form.order}i4"), ("values", f"{self._form.order}f8", (width,))])
-        found = self._next(kind, count)
+        found = self._taken(kind, count)
         return found["number"].astype(np.int64), found["values"].astype(float)
 
 
-def line(body: bytes) -> tuple[bytes, bytes]:
+def first_line(body: bytes) -> tuple[bytes, bytes]:
     """First line of a body that is not empty, and what follows it."""
     first, _, rest = body.lstrip(b"\r\n").partition(b"\n")
     return first.strip(), rest

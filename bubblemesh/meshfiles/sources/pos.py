@@ -1,6 +1,7 @@
 """Views of Gmsh as text (.pos): triangles with numbers, vectors or tensors at their corners."""
 
 import re
+from codecs import BOM_UTF8
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -9,7 +10,6 @@ import numpy as np
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
-from bubblemesh.meshfiles.sources.msh_sections import BYTE_ORDER_MARK
 from bubblemesh.meshfiles.sources.source import Block, Source, reals
 
 COMPONENTS = {b"ST": 1, b"VT": 3, b"TT": 9}  # of triangles
@@ -37,7 +37,7 @@ def read_pos(path: Path) -> Source:
     but triangles, points, lines and texts.
     """
     # Remarks become blanks, in which lines stay lines.
-    content = read_bytes(path).removeprefix(BYTE_ORDER_MARK)
+    content = read_bytes(path).removeprefix(BOM_UTF8)
     text = REMARK.sub(lambda remark: re.sub(rb"[^\n]", b" ", remark[0]), content)
     head = VIEW.match(text)
     if head is None:

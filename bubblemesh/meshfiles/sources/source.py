@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import FileError
+from bubblemesh.meshes.edges import find_keys
 from bubblemesh.messages import shown
 from bubblemesh.records import record
 
@@ -57,19 +58,23 @@ class Source:
         return cls(*data, sets, tags, matching=matching, node_sets=tuple(sorted(named)))
 
 
-class NodeNumbers:
-    """The nodes of a file by the numbers (n,) that it gives them."""
+class Numbering:
+    """The nodes of a file, or what else it has, by the numbers (n,) that it gives them."""
 
-    def __init__(self, numbers: Integers) -> None:
+    def __init__(self, numbers: Integers, what: str = "node") -> None:
+        self._what = what
         self._order = np.argsort(numbers, kind="stable")
         self._sorted = numbers[self._order]
 
+    def __len__(self) -> int:
+        return len(self._order)
+
     def places(self, asked: Integers) -> Integers:
-        """Places of nodes, in an array as that of their numbers; FileError with the first that is not there."""
-        found = np.searchsorted(self._sorted, asked)
-        missing = asked[np.searchsorted(self._sorted, asked, "right") == found]
+        """Places of those asked for, in an array like theirs; FileError with the first that is not there."""
+        found = find_keys(self._sorted, asked) if len(self) else np.full(asked.shape, -1)
+        missing = asked[found < 0]
         if missing.size:
-            raise FileError(f"names the node {missing[0]}, which is not there: the file is damaged")
+            raise FileError(f"names the {self._what} {missing[0]}, which is not there: the file is damaged")
         return self._order[found]
 
 
