@@ -1,8 +1,8 @@
-"""Records: frozen dataclasses of which Python makes many fast, at each start."""
+"""Records: frozen dataclasses of which Python makes many fast, at each start, and how they travel."""
 
 from collections.abc import Callable
 from dataclasses import Field, FrozenInstanceError, dataclass, field, fields
-from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
+from typing import Any, ClassVar, TypeVar, cast, dataclass_transform, overload
 
 T = TypeVar("T")
 
@@ -61,3 +61,10 @@ class _Methods:
     def __hash__(self) -> int:
         hashed = [field for field in fields(self) if (field.compare if field.hash is None else field.hash)]
         return hash(tuple(getattr(self, field.name) for field in hashed))
+
+
+class Uncached:
+    """A record that travels without what it has cached: prepared shapes would come as mere shapes."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(getattr(self, field.name) for field in fields(cast(Any, self)))

@@ -33,7 +33,7 @@ from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
 from bubblemesh.problem.prepare import NODES, near_target, prepare_for
 from bubblemesh.problem.problem import Problem
-from bubblemesh.problem.scale import SpacingAtScale, within_limits
+from bubblemesh.problem.scale import SpacingAtScale, bounded
 from bubblemesh.problem.spacing import SpacingRequest, held_request
 from bubblemesh.problem.task import task_of
 from bubblemesh.process.limits import timed
@@ -159,7 +159,7 @@ def _next_problem(
     field, now = MeshField.of_triangles(*mesh, target_sizes), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
-    at = within_limits(terms, (Spacing(field),), field.spots)
+    at = bounded(terms, (Spacing(field),), field.spots)
     request = _held(case, domain, at, solution)
     rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
     request = replace(request, rules=rules, nodes=nodes, nearest=target.instead_of(len(solution.points), terms))

@@ -122,7 +122,7 @@ def partition(
 ) -> None:
     """Divide a mesh into parts for a parallel solver, and write it with the part of each triangle and node."""
     from bubblemesh.case import Output as OutputKeys
-    from bubblemesh.meshfiles.beside import files_beside
+    from bubblemesh.meshfiles.companions import files_beside
     from bubblemesh.run.destination import OutputOptions, destination_beside, stream_destination
     from bubblemesh.run.division import divided_file
 

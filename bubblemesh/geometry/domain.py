@@ -22,11 +22,10 @@ from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.paths import Area, Change, Ring, outlines
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
-from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.geometry.validity import require_apart, require_domain, simple_polygon
 from bubblemesh.messages import meant, own_places, ring_name, tell_places_of
-from bubblemesh.records import record
+from bubblemesh.records import Uncached, record
 
 FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal ones do, to look along vertical ones
 AT_A_TIME = 1 << 13  # points: a late run can end between two calls

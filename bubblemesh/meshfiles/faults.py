@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats, Integers, complement, components, contained, each_once, extent, first_rows
-from bubblemesh.geometry.arrangement.winding import turns
+from bubblemesh.geometry.arrangement.winding import winding_numbers
 from bubblemesh.meshes.edges import directed_sides, one_sided, unique_edges
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.messages import place
@@ -110,7 +110,7 @@ def _overlap(points: Floats, triangles: Integers, touching: Integers, rounding: 
     probes = (1 - INSIDE) * points[walks[chosen]].mean(axis=1) + INSIDE * across
     solid = np.abs(measures.signed_areas) > measures.least_areas
     probes = probes[solid[triangle]]
-    covered = probes[turns(points[walks], probes) > 1]
+    covered = probes[winding_numbers(points[walks], probes) > 1]
     return covered[0] if len(covered) else None
 
 

@@ -17,10 +17,10 @@ from bubblemesh.problem.ellipses import Scaled
 from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.records import record
 from bubblemesh.spacing.cover import Cover
-from bubblemesh.spacing.metric.beside import BesideEdges
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
 from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
+from bubblemesh.spacing.metric.short_edges import BesideEdges
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
 

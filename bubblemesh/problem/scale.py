@@ -15,9 +15,7 @@ UNLIMITED = (0.0, np.inf)
 SpacingAtScale = Callable[[float | None], Spacing]
 
 
-def within_limits(
-    terms: SpacingTerms, found: tuple[Spacing, ...], spots: Floats, own_scale: float = 1.0
-) -> SpacingAtScale:
+def bounded(terms: SpacingTerms, found: tuple[Spacing, ...], spots: Floats, own_scale: float = 1.0) -> SpacingAtScale:
     """The smallest of some spacings at a scale, or else their own, within the terms' limits; fine near spots (k, 2)."""
     limits = terms.minimum or 0.0, np.inf if terms.maximum is None else terms.maximum
 

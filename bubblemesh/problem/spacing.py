@@ -34,7 +34,7 @@ from bubblemesh.problem.regions import (
     region_limits,
     with_regions,
 )
-from bubblemesh.problem.scale import SpacingAtScale, below, within_limits
+from bubblemesh.problem.scale import SpacingAtScale, below, bounded
 from bubblemesh.problem.values import bound_value, named_rasters, values_of
 from bubblemesh.records import record
 from bubblemesh.spacing.expression import Rasters
@@ -109,7 +109,7 @@ def _held(at: SpacingAtScale, terms: SpacingTerms, own: OwnValues, domain: Domai
         at = on_the_ground(at, plane, -1)
     if lengths:
         regions = *region_limits(terms.regions, domain, rasters), *limits_within(own, domain, rasters)
-        at = below(at, [within_limits(terms, regions, NO_SPOTS, terms.scale)(None)])
+        at = below(at, [bounded(terms, regions, NO_SPOTS, terms.scale)(None)])
     at = not_below_courant(at, terms, domain, rasters)
     return at if plane is None else on_the_ground(at, plane)
 
@@ -171,7 +171,7 @@ def spacing_request(
     )
     of_data = [data.spots for data in functions.values()]
     spots = np.vstack([*near_spots(terms, domain), *(of_data if plane is None else map(plane.near, of_data))])
-    at = not_below_courant(within_limits(terms, found, spots, terms.scale), terms, domain, rasters)
+    at = not_below_courant(bounded(terms, found, spots, terms.scale), terms, domain, rasters)
     return SpacingRequest(at, rules_of(terms), terms.nodes, (*told, *notes), depth=deep, rasters=rasters)
 
 

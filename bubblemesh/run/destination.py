@@ -11,7 +11,7 @@ from bubblemesh.case import Case, Output, Override
 from bubblemesh.errors import CaseError, FileError, prefixed
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.sliced import SlicedMesh
-from bubblemesh.meshfiles.beside import files_beside
+from bubblemesh.meshfiles.companions import files_beside
 from bubblemesh.meshfiles.formats import (
     FORMATS,
     FORMATS_FOR,

@@ -12,9 +12,8 @@ from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, InnerPoint, Line, OpenPath, Point, Ring
-from bubblemesh.geometry.uncached import Uncached
 from bubblemesh.geometry.validity import explained, first_place, simple_polygon
-from bubblemesh.records import record
+from bubblemesh.records import Uncached, record
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
 BELLY = 0.01  # of the square of a chord's length: more than the area between it and its curve

@@ -37,11 +37,11 @@ def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
     chords = split.chords()
     lines = np.stack([chords.start, chords.end], axis=1)
     split = without_doubles(split, TOUCHING * size)
-    left, right = (FILL_RULES[rule](turns(lines, points)) for points in probes(split))
+    left, right = (FILL_RULES[rule](winding_numbers(lines, points)) for points in probes(split))
     return areas_beside(rings, before, split, left, right)
 
 
-def turns(chords: Floats, points: Floats) -> Integers:
+def winding_numbers(chords: Floats, points: Floats) -> Integers:
     """Winding numbers (n,): turns to the left of closed walks along chords (m, 2, 2) around points (n, 2)."""
     low, high = np.sort(chords[:, :, 1], axis=1).T
     # Those chords count that cross the ray from a point to the right.

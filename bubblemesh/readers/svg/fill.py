@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, ring_area
 from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.arrangement.winding import FILL_RULES, FillRule, enclosed, turns
+from bubblemesh.geometry.arrangement.winding import FILL_RULES, FillRule, enclosed, winding_numbers
 from bubblemesh.geometry.nesting import enclosures
 from bubblemesh.geometry.paths import Area, Ring, outlines
 from bubblemesh.messages import counted
@@ -80,7 +80,7 @@ def _enclosed_by_chords(outlines: Sequence[Floats], rule: FillRule, label: str |
     chords = _chords(outlines)
     faces = shapely.get_parts(shapely.polygonize([shapely.union_all(shapely.linestrings(chords))]))
     spots = shapely.get_coordinates(shapely.point_on_surface(faces))
-    whole = shapely.union_all(faces[FILL_RULES[rule](turns(chords, spots))])
+    whole = shapely.union_all(faces[FILL_RULES[rule](winding_numbers(chords, spots))])
     found = list[Area]()
     for part in shapely.get_parts(whole).tolist():
         outer, *holes = (

@@ -11,8 +11,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.errors import Key
 from bubblemesh.geometry.arrangement.regions import Region
-from bubblemesh.geometry.uncached import Uncached
-from bubblemesh.records import record
+from bubblemesh.records import Uncached, record
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Term
 
