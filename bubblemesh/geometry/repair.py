@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Floats, Integers, ring_area
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.nesting import Shapes, polygons_of, shapes_of, with_holes
+from bubblemesh.geometry.gaps import strips_between
+from bubblemesh.geometry.nesting import polygons_of, shapes_of, with_holes
 from bubblemesh.geometry.paths import Area, Change, Line, Point, Polyline, Ring, Side, as_point
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import fault_place
@@ -26,8 +27,6 @@ from bubblemesh.records import record
 GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another one is given
 THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
 OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into what is beside it
-LONG = 10  # gaps: length from which on a strip is closed that begins where its areas touch in a point
-AROUND = 8  # of that: so far it keeps off points in which others touch, farther than its sharpest corner reaches
 HALVINGS = 8  # of a tolerance, until no vertex is farther off than allowed
 
 
@@ -301,68 +300,19 @@ def _united(areas: Sequence[Sequence[shapely.Polygon]], gap: float, work: _Work)
         found = np.array(polygons_of(_tidy(shapely.union_all(found), work)), dtype=object)
         part, whole = shapely.STRtree(found).query(inside, predicate="intersects")
         owners = [set(area[part[whole == number]].tolist()) for number in range(len(found))]
-    strips = _strips(found, owners, gap, work)
-    if strips:
-        found = np.array(polygons_of(_tidy(shapely.union_all([*found, *strips]), work)), dtype=object)
+    closing = []
+    for strip, reaching in strips_between(found, owners, gap, OVERLAP * work.size):
+        at = shapely.get_coordinates(shapely.point_on_surface(strip))[0]
+        work.note("gap between areas closed", at, strip.area, [_outer(strip)])
+        closing.append(reaching)
+    if closing:
+        found = np.array(polygons_of(_tidy(shapely.union_all([*found, *closing]), work)), dtype=object)
     return list(found)
 
 
 def _outer(polygon: shapely.Polygon) -> Floats:
     points: Floats = shapely.get_coordinates(polygon.exterior)[:-1]
     return points
-
-
-def _strips(found: Shapes, owners: Sequence[set[int]], gap: float, work: _Work) -> list[shapely.Polygon]:
-    """The strips between polygons that are nearer to each other than a gap, reaching a little into both.
-
-    None is between two polygons that have one of their ``owners`` in common, the areas that they are made of.
-    """
-    tree, near = shapely.STRtree(found), OVERLAP * work.size
-    i, j = tree.query(found, predicate="dwithin", distance=gap)
-    strips = []
-    for a, b in zip(i[i < j].tolist(), j[i < j].tolist(), strict=True):
-        if owners[a] & owners[b]:
-            continue
-        both = shapely.union_all([found[a], found[b]])
-        closed = _closed(shapely.MultiPolygon([found[a], found[b]]), gap)
-        for strip in polygons_of(shapely.difference(closed, both)):
-            if strip.area > THIN * gap * gap and _is_gap(strip, found[a], found[b], gap, near):
-                at = shapely.get_coordinates(shapely.point_on_surface(strip))[0]
-                work.note("gap between areas closed", at, strip.area, [_outer(strip)])
-                strip = shapely.buffer(strip, near, join_style="mitre")
-                # It must not reach over a point in which another polygon touches one of both.
-                others = np.setdiff1d(tree.query(strip, predicate="intersects"), [a, b])
-                for touched in shapely.intersection(found[others], both):
-                    strip = shapely.difference(strip, touched.buffer(AROUND * near))
-                strips.append(strip)
-    return strips
-
-
-def _closed(shape: shapely.Geometry, gap: float) -> shapely.Geometry:
-    """A shape with what lies in gaps of it, as far as there are sides across."""
-    with np.errstate(divide="ignore", invalid="ignore"):  # GEOS divides by zero where sides go straight on
-        wide = shapely.buffer(shape, gap / 2, join_style="mitre")
-        closed = shapely.buffer(wide, -gap / 2, join_style="mitre")
-    # At sharp corners its sides may cross.
-    return closed if closed.is_valid else shapely.make_valid(closed, method="structure", keep_collapsed=False)
-
-
-def _is_gap(strip: shapely.Polygon, a: shapely.Polygon, b: shapely.Polygon, gap: float, near: float) -> bool:
-    """Whether a strip beside two polygons lies between them.
-
-    From a point on in which they touch it has to go on for a while: a wedge that soon is wider than the gap stays open,
-    since to close its tip would make a neck of what touches, and so does the rounding along one side alone.
-    """
-    if shapely.distance(strip, a) > near or shapely.distance(strip, b) > near:
-        return False
-    common = shapely.get_parts(shapely.intersection(a, b))
-    if np.count_nonzero(shapely.dwithin(common, strip, near)) != 1:
-        return True
-    points = shapely.get_coordinates(strip)
-    middle, length = shapely.points((points[1:] + points[:-1]) / 2), np.hypot(*np.diff(points, axis=0).T)
-    to_a, to_b = shapely.distance(middle, a), shapely.distance(middle, b)
-    facing = [length[(one <= near) & (other <= gap)].sum() for one, other in ((to_a, to_b), (to_b, to_a))]
-    return min(facing) > LONG * gap
 
 
 def _without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: _Work) -> list[shapely.Polygon]:
