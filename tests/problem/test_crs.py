@@ -10,7 +10,7 @@ from commands import command
 from invariants import check_mesh
 
 from bubblemesh import mesh
-from bubblemesh.adaptivity.adapt import adapted
+from bubblemesh.adaptivity.adapt import Target, adapted
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.geography import BENT, Plane, Projecting
@@ -399,4 +399,4 @@ def test_quantities_are_for_cases_of_the_earth_and_of_their_dimension():
 
 def test_solutions_are_in_the_plane():
     with pytest.raises(CaseError, match=r"crs.to: solutions are adapted to in the plane"):
-        adapted(case(), None, None, None, None, None)
+        adapted(case(), None, Target())

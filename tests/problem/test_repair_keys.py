@@ -112,7 +112,7 @@ def test_lines_that_cross_and_do_not_close_are_mended(tmp_path):
 
 def test_the_report_has_the_repairs():
     report = mesh_case(case(f"{{outer: {{polygon: {BOW}, repair: true}}}}")).report
-    assert report["repairs"] == [{"what": "ring that crosses or touches itself", "at": (1, 1), "area": 2}]
+    assert report["repairs"] == [{"what": "ring that crosses or touches itself", "at": [1, 1], "area": 2}]
     assert "repairs" not in mesh_case(case("{outer: {rectangle: [0, 0, 1, 1]}}")).report
 
 
