@@ -19,7 +19,9 @@ class Edges(NamedTuple):
     region: Integers  # (k,): there
     piece: Integers  # (k,): piece of the whole that they run along, -1 above walls
     s: Floats  # (k, 2): arc lengths of their ends there
-    closes_step: Booleans  # (k,): whether the cell on their right is a triangle beside the last layer of one column
+    is_flat: (
+        Booleans  # (k,): whether the cell on their right is a triangle that closes a step, and too flat to be halved
+    )
 
     @classmethod
     def of(cls, strips: Strips) -> "Edges":
@@ -44,14 +46,14 @@ def _fronts(strips: Strips) -> Edges:
     side = columns.side
     on_wall = (strips.heights.count[columns.pair] == 0).all(axis=1)
     piece = np.where(on_wall, walls.piece[side], -1)
-    return Edges(strips.fronts, walls.region[side], piece, walls.arcs[side], strips.stepped)
+    return Edges(strips.fronts, walls.region[side], piece, walls.arcs[side], strips.flat_steps)
 
 
 def _other_sides(walls: Walls) -> Edges:
     """Sides without layers of walls that have some on the other side."""
     sides = np.flatnonzero(~walls.layered & walls.pieces_with_layers[walls.piece])
-    closes_step = np.zeros(len(sides), bool)
-    return Edges(walls.ends[sides], walls.region[sides], walls.piece[sides], walls.arcs[sides], closes_step)
+    is_flat = np.zeros(len(sides), bool)
+    return Edges(walls.ends[sides], walls.region[sides], walls.piece[sides], walls.arcs[sides], is_flat)
 
 
 def _behind_columns(strips: Strips) -> Iterator[Edges]:

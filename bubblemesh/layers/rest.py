@@ -60,9 +60,9 @@ class Rest:
         matching = tuple(pair for pair in walls.domain.parts.periodic if {*pair} <= {*small.labels})
         alone = whole.corners[points]
         embedded = tuple(point for point in walls.domain.parts.points if (alone == point.at).all(axis=1).any())
-        # What matches a side of the whole gets no node that its counterpart would not have. The flat triangle that
-        # closes a step would be two with angles near 180 degrees.
-        held = np.append(np.zeros(count, bool), np.isin(beside.piece, walls.domain.periodic) | beside.closes_step)
+        # What matches a side of the whole gets no node that its counterpart would not have. A flat triangle that closes
+        # a step would be two with angles near 180 degrees.
+        held = np.append(np.zeros(count, bool), np.isin(beside.piece, walls.domain.periodic) | beside.is_flat)
         domain = Domain(
             small, parts=InnerParts(points=embedded, periodic=matching), held=Held(np.flatnonzero(held[order]))
         )

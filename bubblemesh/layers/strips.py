@@ -11,6 +11,9 @@ from bubblemesh.layers.heights import Heights, places, reached
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
 
+FLAT = np.radians(145)  # largest angle of a triangle that is halved
+TINY = np.finfo(float).tiny
+
 
 class Cells(NamedTuple):
     """Cells of layers as triangles: the first 2 q are those of quadrilaterals, row k and row q + k of one."""
@@ -81,6 +84,17 @@ class Strips:
         """Mask (p,) of the pairs whose columns differ in height, and are joined by a triangle at their tops."""
         ci, cj = self.heights.count[self.columns.pair].T
         return (ci != cj) & (~self.columns.fan | (np.minimum(ci, cj) > 0))
+
+    @property
+    def flat_steps(self) -> Booleans:
+        """Mask (p,) of these that are so flat that a node in the middle of the front's edge has an angle near 180."""
+        i, j = self.columns.pair.T
+        ci, cj = self.heights.count[[i, j]]
+        below = self.x[self.node(np.where(ci > cj, i, j), np.minimum(ci, cj))]
+        first, last = np.moveaxis(self.x[self.fronts], 1, 0)
+        along, down = last - first, below - (first + last) / 2
+        cosine = np.abs((along * down).sum(axis=1)) / np.maximum(np.hypot(*along.T) * np.hypot(*down.T), TINY)
+        return self.stepped & (cosine > -np.cos(FLAT))
 
     @property
     def _levels(self) -> tuple[Integers, Integers, Booleans]:
