@@ -49,7 +49,11 @@ class CirclePacking:
 
     def refine(self, spacing: Spacing) -> None:
         """Refine the bubbles for the next level's spacing."""
-        self.spacing, self.net = spacing, refined(self.net, self.setting.domain, spacing)
+        domain, method = self.setting.domain, self.setting.method
+        self.spacing, self.net = spacing, refined(self.net, domain, spacing)
+        start = method.placement.again(self.net.bubbles, domain, spacing)
+        if start is not self.net.bubbles:
+            self.net = connect(start, domain)
 
     def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
         """Relax the bubbles, or anneal them in the round that does, and triangulate them where they are then."""

@@ -52,7 +52,7 @@ class Method:
         placement = self.placement.fitted(domain, spacing, expected_nodes)
         levels = (spacing,) if placement.in_order else self.levels(domain, spacing, expected_nodes)
         if len(levels) > 1:
-            placement = self.placement.fitted(domain, levels[0], coarse=True)
+            placement = self.placement.fitted(domain, levels[0], halvings=len(levels) - 1)
         return levels, placement(domain, levels[0], max_nodes)
 
 

@@ -172,13 +172,11 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
 
     clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
     method = problem.method
-    placement = method.placement.fitted(problem.packed_domain, problem.packing_spacing, problem.packed_nodes)
-    if placement.in_order:
-        method = replace(method, placement=placement)
+    placement = method.placement.shared(problem.packed_domain, problem.packing_spacing, problem.packed_nodes)
     terms = Terms(
         problem.packing_spacing,
         target=problem.spacing if stay else None,
-        method=method,
+        method=replace(method, placement=placement),
         max_nodes=task.max_nodes,
         deadline=Deadline.within(time_left() - clock.reserve),
     )

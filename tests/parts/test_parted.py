@@ -157,6 +157,27 @@ def test_no_line_shows_where_the_cuts_were():
     assert on_cut.sum() < 0.1 * shapely.length(lines) / 0.014
 
 
+LAKE = """
+domain: {outer: {rectangle: [0, 0, 2, 1]}}
+spacing: min(0.02, 0.004 + 0.1*hypot(x - 0.5, y - 0.5))
+packing: {effort: fast}
+"""
+
+
+def test_one_lattice_goes_on_across_the_cuts_of_a_mesh_that_is_even_in_most_of_it():
+    parts = 3
+    problem, mesh = prepare(case(LAKE)), mesh_case(case(LAKE, parts)).mesh
+    lines = cut(problem.domain, problem.packing_spacing, problem.expected_nodes, parts).lines
+    cuts = shapely.multilinestrings([line.vertices for line in lines])
+    middles = mesh.points[mesh.triangles].mean(axis=1)
+    even = problem.packing_spacing(middles) > 0.0199
+    beside = shapely.distance(cuts, shapely.points(middles)) < 0.06
+    within = problem.domain.distance_at_least(middles) > 0.06
+    q = radius_ratios(mesh.points, mesh.triangles)[even & beside & within]
+    assert len(q) > 500
+    assert q.mean() > 0.995  # 0.989 with a lattice for each part
+
+
 def test_the_mesh_does_not_depend_on_who_packs_which_part_when():
     def backwards(function, jobs):
         results = [(number, function(*pickle.loads(pickle.dumps(job.arguments)))) for number, job in enumerate(jobs)]

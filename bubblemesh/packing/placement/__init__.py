@@ -23,12 +23,17 @@ class Placement(Protocol):
     in_order: bool = False  # whether most bubbles are in order where they are placed, and need no coarser levels for it
 
     def fitted(
-        self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0, coarse: bool = False
+        self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0, halvings: int = 0
     ) -> "Placement":
-        """The placement for the whole or parts of a domain, with what it has to know of the whole.
+        """The placement for a domain, with what it has to know of all of it.
 
-        If very many nodes are expected, it takes a less close look. Levels that are ``coarse`` are refined later.
+        If very many nodes are expected, it takes a less close look. The edges of a coarse level are halved so many
+        times until they have the spacing asked for.
         """
+        return self
+
+    def shared(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> "Placement":
+        """The placement for the parts of a domain, with what all of them have to know of the whole."""
         return self
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
@@ -39,7 +44,10 @@ class Placement(Protocol):
         return self
 
     def again(self, start: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
-        """The bubbles from which a domain is packed once more: those of a ``start``, or others that fit better."""
+        """The bubbles from which a domain is packed after a coarser level or once more.
+
+        Those of a ``start``, which such a packing leaves, or others that fit better.
+        """
         return start
 
 

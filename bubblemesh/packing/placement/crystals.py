@@ -1,5 +1,6 @@
 """Hexagonal lattices that fit the straight walls of a domain."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -96,6 +97,11 @@ class Crystal:
         held = self.plateau.holds(spacing.extended((chords.start + chords.end) / 2))
         on_walls = float(np.hypot(dx, dy)[misfit & held].sum()) / self.plateau.d
         return self.plateau.bubbles >= ROOM * on_walls
+
+    def coarser(self, factor: float) -> "Crystal":
+        """The lattice around the same origin for a spacing so many times as large."""
+        plateau = replace(self.plateau, d=self.plateau.d * factor)
+        return replace(self, plateau=plateau, step=self.step * factor, height=self.height * factor)
 
     def nearest(self, x: Floats) -> Floats:
         """The places (n, 2) of the bubbles nearest to points x (n, 2), of each bubble the same to the last bit."""

@@ -1,6 +1,7 @@
 """Initial bubbles on hexagonal lattices, where most of them have the same spacing."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -38,13 +39,17 @@ class HexagonalLattice(Placement):
         float, Gt(0), Le(1), Doc("part of the bubbles on lattices from which on there are no coarser levels")
     ] = 0.95
 
-    def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0, coarse: bool = False) -> "Lattices":
-        fewest = 0 if coarse else FEWEST
+    def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0, halvings: int = 0) -> "Lattices":
+        fewest = 0 if halvings else FEWEST
         large = [flat for flat in plateaus(domain, spacing, expected_nodes) if flat.bubbles >= fewest]
         found = (Crystal.fitting(plateau, domain, spacing) for plateau in large)
         crystals = tuple(crystal for crystal in found if crystal.has_room(domain, spacing))
         share = sum(crystal.plateau.share for crystal in crystals)
         return Lattices(self.leaf, crystals if share >= MOST else (), share >= self.even)
+
+    def shared(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> Placement:
+        lattices = self.fitted(domain, spacing, expected_nodes)
+        return lattices if lattices.crystals else self
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         return self.fitted(domain, spacing)(domain, spacing, max_nodes)
@@ -57,6 +62,10 @@ class Lattices(Placement):
     leaf: float
     crystals: tuple[Crystal, ...]
     in_order: bool = False
+
+    def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0, halvings: int = 0) -> "Lattices":
+        # Refined, they go on in those of other parts, which may have another number of levels.
+        return replace(self, crystals=tuple(crystal.coarser(2.0**halvings) for crystal in self.crystals))
 
     def one_by_one(self) -> Placement:
         return ErrorDiffusion(self.leaf) if self.crystals else self

@@ -39,7 +39,7 @@ def turned(points, degrees):
 
 
 def placed(domain, spacing):
-    return HexagonalLattice().fitted(domain, spacing, coarse=True)(domain, spacing, ENOUGH)
+    return HexagonalLattice().fitted(domain, spacing, halvings=1)(domain, spacing, ENOUGH)
 
 
 def crystal(domain, d):
@@ -174,7 +174,7 @@ def test_plateaus_of_fewer_than_half_of_the_bubbles_have_no_lattice():
 )
 def test_lattices_need_room_between_walls_that_they_do_not_fit(ring, room):
     domain = Domain.of(ring)
-    lattices = HexagonalLattice().fitted(domain, uniform(0.1), coarse=True)
+    lattices = HexagonalLattice().fitted(domain, uniform(0.1), halvings=1)
     assert (len(lattices.crystals) == 1) is lattices.in_order is room
     if not room:
         start = ErrorDiffusion()(domain, uniform(0.1), ENOUGH)
@@ -184,7 +184,7 @@ def test_lattices_need_room_between_walls_that_they_do_not_fit(ring, room):
 def test_few_bubbles_have_no_lattice_but_on_levels_that_are_refined():
     for d, few in ((0.065, True), (0.055, False)):  # 547 and 763 bubbles
         for coarse in (False, True):
-            found = HexagonalLattice().fitted(DOMAINS["strip"], uniform(d), coarse=coarse)
+            found = HexagonalLattice().fitted(DOMAINS["strip"], uniform(d), halvings=int(coarse))
             assert (found.crystals == ()) is (few and not coarse)
 
 
@@ -222,6 +222,19 @@ def test_parts_have_places_of_one_lattice():
         inner = bubbles.x[bubbles.interior]
         assert len(inner) > 300
         np.testing.assert_array_equal(inner, lattice.nearest(inner))
+
+
+def test_coarse_levels_of_a_part_have_places_of_the_lattice_of_the_whole():
+    whole = Domain.of(rings.polygon(turned([(0, 0), (2, 0), (2, 1), (0, 1)], 17)))
+    spacing = Spacing(lambda x, y: np.clip(0.02 + 0.2 * x, 0.02, 0.05), 0.02)
+    shared = HexagonalLattice().shared(whole, spacing, 1000)
+    fine, (coarse,) = shared.crystals[0], shared.fitted(whole, spacing, halvings=2).crystals
+    places = coarse.nearest(np.random.default_rng(0).uniform(-1, 3, (500, 2)))
+    assert len(np.unique(places, axis=0)) > 100
+    assert coarse.plateau.d == pytest.approx(4 * fine.plateau.d)
+    for step in (0, coarse.step / 4, coarse.step / 2, coarse.step):
+        np.testing.assert_allclose(fine.nearest(places + step * coarse.along), places + step * coarse.along, atol=1e-12)
+    assert HexagonalLattice().shared(whole, Spacing(lambda x, y: 0.03 + 0.02 * x, 0.01), 1000) == HexagonalLattice()
 
 
 def test_lattices_of_most_bubbles_need_no_coarser_levels():
