@@ -22,9 +22,7 @@ class Placement(Protocol):
 
     in_order: bool = False  # whether most bubbles are in order where they are placed, and need no coarser levels for it
 
-    def fitted(
-        self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0, halvings: int = 0
-    ) -> "Placement":
+    def fitted(self, domain: Domain, spacing: Spacing, expected_nodes: float = 0.0, halvings: int = 0) -> "Placement":
         """The placement for a domain, with what it has to know of all of it.
 
         If very many nodes are expected, it takes a less close look. The edges of a coarse level are halved so many
