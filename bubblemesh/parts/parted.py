@@ -100,7 +100,8 @@ def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, terms: Te
     between[rim] = False
     in_seams = int(between.sum())
     net, moved = _packed_seams(net, between, terms, workshop, 1 - SEAMS_WORK)
-    around = near(net, moved[ends], JUNCTION)
+    # Where the first strips ended the bubbles of the cuts stayed, and left them in disorder.
+    around = near(net, moved[ends], JUNCTION + SEAM)
     around[moved[rim]] = False
     net, again = _packed_seams(net, around, terms, workshop, 1 - SEAMS_WORK / 2)
     # Bubbles that are gone have no number; no core knows any of them.
