@@ -182,26 +182,28 @@ static void flip(Mesh *mesh, Queue *queue, int32_t side)
     mesh->changed[one / 3] = mesh->changed[two / 3] = 1;
 }
 
-/* Margins (BLOCK,) by which nodes at places (6, BLOCK), x and y of a, b and c, turn to the left for sure, if positive. */
+/* Margins (BLOCK,) by which nodes at places (3, BLOCK, 2), those of a, b and c, turn to the left for sure, if positive. */
 SIDE_BY_SIDE static void turn_margins(const double *places, double *margin)
 {
-    const double *ax = places, *ay = ax + BLOCK, *bx = ay + BLOCK, *by = bx + BLOCK, *cx = by + BLOCK, *cy = cx + BLOCK;
+    const double *a = places, *b = a + 2 * BLOCK, *c = b + 2 * BLOCK;
     int k;
     for (k = 0; k < BLOCK; k++) {
-        double left = (ax[k] - cx[k]) * (by[k] - cy[k]), right = (ay[k] - cy[k]) * (bx[k] - cx[k]);
+        double left = (a[2 * k] - c[2 * k]) * (b[2 * k + 1] - c[2 * k + 1]);
+        double right = (a[2 * k + 1] - c[2 * k + 1]) * (b[2 * k] - c[2 * k]);
         margin[k] = (left - right) - TURN_ERROR * (fabs(left) + fabs(right));
     }
 }
 
-/* Margins (BLOCK,) by which d is outside of the circle through a, b and c for sure, if negative, at places (8, BLOCK) as
-   above: those of `in_circle`. */
+/* Margins (BLOCK,) by which d is outside of the circle through a, b and c for sure, if negative, at places (4, BLOCK, 2)
+   as above: those of `in_circle`. */
 SIDE_BY_SIDE static void circle_margins(const double *places, double *margin)
 {
-    const double *x = places, *y = places + BLOCK, *dx = places + 6 * BLOCK, *dy = places + 7 * BLOCK;
+    const double *a = places, *b = a + 2 * BLOCK, *c = b + 2 * BLOCK, *d = c + 2 * BLOCK;
     int k;
     for (k = 0; k < BLOCK; k++) {
-        double ax = x[k] - dx[k], ay = y[k] - dy[k], bx = x[2 * BLOCK + k] - dx[k], by = y[2 * BLOCK + k] - dy[k];
-        double cx = x[4 * BLOCK + k] - dx[k], cy = y[4 * BLOCK + k] - dy[k];
+        double x = d[2 * k], y = d[2 * k + 1];
+        double ax = a[2 * k] - x, ay = a[2 * k + 1] - y, bx = b[2 * k] - x, by = b[2 * k + 1] - y;
+        double cx = c[2 * k] - x, cy = c[2 * k + 1] - y;
         double bc = bx * cy, cb = cx * by, ca = cx * ay, ac = ax * cy, ab = ax * by, ba = bx * ay;
         double over_a = ax * ax + ay * ay, over_b = bx * bx + by * by, over_c = cx * cx + cy * cy;
         double value = over_a * (bc - cb) + over_b * (ca - ac) + over_c * (ab - ba);
@@ -211,11 +213,11 @@ SIDE_BY_SIDE static void circle_margins(const double *places, double *margin)
     }
 }
 
-/* Puts the place of a node into the column k of two rows of places. */
+/* Puts the place of a node into a row of places (..., BLOCK, 2). */
 static void put(double *places, int row, int64_t k, const double *x, int64_t node)
 {
-    places[2 * row * BLOCK + k] = x[2 * node];
-    places[(2 * row + 1) * BLOCK + k] = x[2 * node + 1];
+    places[2 * (row * BLOCK + k)] = x[2 * node];
+    places[2 * (row * BLOCK + k) + 1] = x[2 * node + 1];
 }
 
 static int all_turn_left(const Mesh *mesh, const double *x)

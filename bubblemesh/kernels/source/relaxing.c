@@ -1,6 +1,7 @@
 /* Forces between bubbles, and steps of their motion; see relaxing.py. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "relaxing.h"
 
@@ -8,16 +9,16 @@ enum { BLOCK = 64 }; /* pairs whose forces are found side by side */
 
 static const double SURELY = 0.99; /* of the longest step: rounding makes none of these longer */
 
-/* Forces (BLOCK, 2) on the first members of pairs that are dx and dy apart, as in forces.py. */
-SIDE_BY_SIDE static void block_forces(const double *dx, const double *dy, const double *contact, double cutoff,
-                                      double *force)
+/* Forces (BLOCK, 2) on the first members of pairs that are apart (BLOCK, 2), as in forces.py. */
+SIDE_BY_SIDE static void block_forces(const double *apart, const double *contact, double cutoff, double *force)
 {
     int k;
     for (k = 0; k < BLOCK; k++) {
-        double distance = sqrt(dx[k] * dx[k] + dy[k] * dy[k]), least = 1e-12 * contact[k];
+        double dx = apart[2 * k], dy = apart[2 * k + 1];
+        double distance = sqrt(dx * dx + dy * dy), least = 1e-12 * contact[k];
         double size = pair_force(distance / contact[k], cutoff) / (distance > least ? distance : least);
-        force[2 * k] = size * dx[k];
-        force[2 * k + 1] = size * dy[k];
+        force[2 * k] = size * dx;
+        force[2 * k + 1] = size * dy;
     }
 }
 
@@ -25,20 +26,22 @@ SIDE_BY_SIDE static void block_forces(const double *dx, const double *dy, const 
    bubbles at x (n, 2), in the order of the pairs. */
 static void add_forces(const Pairs *pairs, const double *restrict x, double *restrict pushes, double *restrict pulls)
 {
-    double dx[BLOCK] = {0}, dy[BLOCK] = {0}, contact[BLOCK], force[2 * BLOCK];
+    double apart[2 * BLOCK] = {0}, rest[BLOCK], force[2 * BLOCK];
     int64_t begin, k;
     for (k = 0; k < BLOCK; k++)
-        contact[k] = 1.0;
+        rest[k] = 1.0;
     for (begin = 0; begin < pairs->m; begin += BLOCK) {
         const int32_t *ends = pairs->ends + 2 * begin;
+        const double *contact = pairs->contact + begin;
         int64_t count = pairs->m - begin < BLOCK ? pairs->m - begin : BLOCK;
         for (k = 0; k < count; k++) {
             const double *one = x + 2 * (int64_t)ends[2 * k], *other = x + 2 * (int64_t)ends[2 * k + 1];
-            dx[k] = one[0] - other[0];
-            dy[k] = one[1] - other[1];
-            contact[k] = pairs->contact[begin + k];
+            apart[2 * k] = one[0] - other[0];
+            apart[2 * k + 1] = one[1] - other[1];
         }
-        block_forces(dx, dy, contact, pairs->cutoff, force);
+        if (count < BLOCK) /* the last ones, beyond whose contact is nothing to read */
+            contact = memcpy(rest, contact, (size_t)count * sizeof *rest);
+        block_forces(apart, contact, pairs->cutoff, force);
         for (k = 0; k < count; k++) {
             double *first = pushes + 2 * (int64_t)ends[2 * k], *last = pulls + 2 * (int64_t)ends[2 * k + 1];
             first[0] += force[2 * k];
