@@ -54,16 +54,16 @@ class Annealed(NamedTuple):
 def annealed(compiled: Library, x: Floats, links: Links, acting: Acting, steps: Steps, cycles: Cycles) -> Annealed:
     """Bubbles after cycles of annealing from x (n, 2), each with its steps: all of them, or those that flips do for."""
     places, start = np.array(x, order="C"), np.array(links.start, order="C")
-    speeds, done = np.empty_like(steps.c), np.empty(1, np.int64)
+    speeds, done = np.empty((len(cycles.inside), len(steps.c))), np.empty(1, np.int64)
     triangles, edges, count = np.array(links.triangles, order="C"), *room_of_edges(links.triangles)
     twins = np.empty(triangles.shape, np.int32) if links.twins is None else links.twins.copy()
     edges[: len(links.edges)] = links.edges
     net = len(x), len(triangles), triangles, len(links.edges), edges, int(links.twins is not None), twins
     facets = len(links.facets), np.ascontiguousarray(links.facets)
     fixed, most, dt, c = steps
-    moving = start, places, fixed, cycles.calm, *acting, most, dt, c.shape[1], c
-    displacing = len(c), cycles.inside, cycles.beside, cycles.seed, cycles.first
+    moving = start, places, fixed, cycles.calm, *acting, most, dt, len(c), c
+    displacing = len(speeds), cycles.inside, cycles.beside, cycles.seed, cycles.first
     compiled.call("anneal", *net, *facets, *moving, *displacing, speeds, count, done)
-    if done[0] < len(c):
+    if done[0] < len(speeds):
         return Annealed(places, None, start, speeds[: done[0]])
     return Annealed(places, Legal(triangles, shortened(edges, count), twins), start, speeds)

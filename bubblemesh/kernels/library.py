@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 25  # of the library's functions, as in source/library.c
+VERSION = 26  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0

@@ -25,7 +25,7 @@ class Steps(NamedTuple):
     fixed: int  # number of the first bubbles, which stay where they are
     most: Floats  # (n,): no bubble goes farther in a step
     dt: float
-    c: Floats  # (..., steps): viscosities
+    c: Floats  # (steps,): viscosities
 
 
 def pair_force(ratio: Floats) -> Floats:

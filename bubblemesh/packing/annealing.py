@@ -202,16 +202,14 @@ class Annealer:
         bubbles, (force, motion, viscosities, progress) = net.bubbles, dynamics
         assert isinstance(motion, SemiImplicitEuler)
         steps = range(self.steps)
-        of_each = np.array(viscosities(steps, bubbles.touched), float)
-        of_cycles = np.tile(of_each, (len(cycles.inside), 1))
+        damping = np.array(viscosities(steps, bubbles.touched), float)
         twins = None if net.legal is None else net.legal.twins
         links = Links(net.triangles, net.edges, twins, net.facets, net.start)
         acting = Acting(bubbles.d, force.strength(bubbles.d), CUTOFF)
         x, legal, connected_at, speeds = annealed(
-            compiled, bubbles.x, links, acting, euler_steps(bubbles, motion, of_cycles), cycles
+            compiled, bubbles.x, links, acting, euler_steps(bubbles, motion, damping), cycles
         )
-        for _ in speeds:
-            progress(steps, len(x))
+        progress(steps, len(x) * len(speeds))
         moved = bubbles.moved(x)
         done = Relaxed(moved, 0, 0, speeds.ravel(), len(x) * speeds.size)
         if legal is not None:

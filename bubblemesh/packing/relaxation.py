@@ -163,7 +163,7 @@ def _moved(
 
 
 def euler_steps(bubbles: Bubbles, motion: SemiImplicitEuler, viscosities: Floats) -> Steps:
-    """Steps of bubbles with viscosities (..., steps), for compiled kernels; those on the boundary stay."""
+    """Steps of bubbles with viscosities (steps,), for compiled kernels; those on the boundary stay."""
     return Steps(bubbles.boundary_count, MOST_MOVE * bubbles.d, float(motion.dt), viscosities)
 
 

@@ -117,7 +117,7 @@ def test_any_bubbles_are_annealed_somehow(seed):
     facets = np.sort(random.integers(0, n, (int(random.integers(0, 10)), 2)), axis=1)
     links = Links(triangles, edges, twins, facets, odd(random, (n, 2)))
     cycles, steps = int(random.integers(1, 6)), int(random.integers(1, 4))
-    rules = Steps(int(random.integers(0, n)), np.abs(odd(random, n)), 0.5, odd(random, (cycles, steps)))
+    rules = Steps(int(random.integers(0, n)), np.abs(odd(random, n)), 0.5, odd(random, steps))
     acting = Acting(np.abs(odd(random, n)), odd(random, n), 1.5)
     sizes = np.abs(odd(random, cycles)), np.abs(odd(random, cycles))
     displacements = Cycles(int(random.integers(2**63)), int(random.integers(9)), *sizes, random.random(n) < 0.2)

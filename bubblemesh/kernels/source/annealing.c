@@ -30,12 +30,14 @@ void mark_disorder(int64_t n, int64_t fixed, int64_t m, const int32_t *ends, int
     memset(valence, 0, (size_t)n * sizeof *valence);
     for (k = 0; k < 2 * m; k++)
         valence[ends[k]]++;
-    for (k = 0; k < n; k++)
+    for (k = 0; k < n; k++) {
         near[k] = valence[k] != REGULAR_VALENCE ? DISORDERED : 0;
+        valence[k] = near[k] | (k < fixed ? BESIDE_BOUNDARY : 0);
+    }
     for (k = 0; k < m; k++) {
         int32_t i = ends[2 * k], j = ends[2 * k + 1];
-        near[i] |= (char)((valence[j] != REGULAR_VALENCE) | (j < fixed) << 1);
-        near[j] |= (char)((valence[i] != REGULAR_VALENCE) | (i < fixed) << 1);
+        near[i] |= (char)valence[j];
+        near[j] |= (char)valence[i];
     }
 }
 
@@ -139,12 +141,13 @@ typedef struct {
     const double *strength, *most; /* (n,) */
     double cutoff, dt;
     int64_t steps;
+    const double *c; /* (steps,): viscosities */
 } Rules;
 
-/* One cycle, with viscosities c (steps,) and mean speeds (steps,); the outcome is that of the flips, and nothing is done
+/* One cycle, with mean speeds (steps,); the outcome is that of the flips, and nothing is done
    after the displacement if it is not DONE, even before. */
 static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, const Chance *chance, double inside,
-                          double beside, const double *c, double *speeds, Work *work, int64_t *outcome)
+                          double beside, double *speeds, Work *work, int64_t *outcome)
 {
     const Motion motion = {bubbles->n, bubbles->fixed, bubbles->x, work->v, rules->most};
     int64_t status = DONE;
@@ -159,7 +162,7 @@ static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, 
     if (status == DONE && *outcome == DONE) {
         const Pairs pairs = {bubbles->n, net->m, work->ends, work->contact, rules->strength, rules->cutoff};
         find_contacts(net->m, work->ends, bubbles->d, work->contact);
-        status = relax_pairs(&pairs, &motion, rules->dt, rules->steps, c, speeds);
+        status = relax_pairs(&pairs, &motion, rules->dt, rules->steps, rules->c, speeds);
     }
     return status;
 }
@@ -169,10 +172,11 @@ static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, 
    ``known``. They were connected when they were at start (n, 2), and in the end this is where they were last.
 
    Each cycle displaces by standard deviations of ``inside`` and ``beside`` (cycles,) the boundary, in spacings d (n,),
-   and relaxes by so many steps, as `relax` does. Its random numbers are those of the seed and of its number, counted on
-   from ``first``. Places, triangles, twins and edges, with room for (3 t, 2), are those in the end, if done (1,) is the
-   number of cycles; mean speeds (cycles, steps) come out. Where rounding decides after a displacement, or it inverts a
-   triangle, there is no further cycle, and all but the places and the done ones' speeds is void. */
+   and relaxes by so many steps with viscosities c (steps,), as `relax` does. Its random numbers are those of the seed
+   and of its number, counted on from ``first``. Places, triangles, twins and edges, with room for (3 t, 2), are those in
+   the end, if done (1,) is the number of cycles; mean speeds (cycles, steps) come out. Where rounding decides after a
+   displacement, or it inverts a triangle, there is no further cycle, and all but the places and the done ones' speeds is
+   void. */
 KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64_t *edges, int64_t known,
                       int32_t *twins, int64_t facet_count, const int64_t *facets, double *start, double *x,
                       int64_t fixed, const char *calm, const double *d, const double *strength, double cutoff,
@@ -181,7 +185,7 @@ KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64
                       int64_t *count, int64_t *done)
 {
     const Bubbles bubbles = {n, fixed, x, d, calm};
-    const Rules rules = {strength, most, cutoff, dt, steps};
+    const Rules rules = {strength, most, cutoff, dt, steps, c};
     int64_t *spare = malloc((size_t)(6 * t + 1) * sizeof *spare), k, cycle, outcome = DONE;
     Net net = {{n, t, NULL, NULL, NULL}, start, triangles, m, edges, spare, known != 0, 0};
     Work work = {NULL, NULL, NULL, NULL, NULL};
@@ -192,8 +196,8 @@ KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64
         work.ends[k] = (int32_t)edges[k];
     for (cycle = 0; cycle < cycles && status == DONE; cycle++) {
         const Chance chance = {(uint64_t)seed, (uint64_t)(first + cycle)};
-        status = go_through(&net, &bubbles, &rules, &chance, inside[cycle], beside[cycle], c + cycle * steps,
-                            speeds + cycle * steps, &work, &outcome);
+        status = go_through(&net, &bubbles, &rules, &chance, inside[cycle], beside[cycle], speeds + cycle * steps,
+                            &work, &outcome);
         if (outcome != DONE)
             break;
     }
