@@ -37,9 +37,10 @@ class Bubbles:
         """Number of bubbles on the boundary, corners included."""
         return self.corners + len(self.piece)
 
-    def moved(self, x: Floats, d: Floats | None = None) -> "Bubbles":
-        """The bubbles with their centres at x (n, 2), and with the spacing d (n,) if it is given."""
-        return Bubbles(x, self.d if d is None else d, self.piece, self.s, self.corners, self.touched)
+    def moved(self, x: Floats, d: Floats | None = None, s: Floats | None = None) -> "Bubbles":
+        """The bubbles with their centres at x (n, 2), and if they are given, spacings d (n,) and arc lengths s (b,)."""
+        d, s = self.d if d is None else d, self.s if s is None else s
+        return Bubbles(x, d, self.piece, s, self.corners, self.touched)
 
     def select(self, keep: Integers) -> "Bubbles":
         """Bubbles of the numbers ``keep`` (k,), ascending, all corners among them."""

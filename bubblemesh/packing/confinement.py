@@ -1,6 +1,6 @@
 """Confinement of motion by the boundary: corners stay, boundary bubbles slide, interior bubbles stay inside."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class Sliding:
 
     def bubbles_at(self, x: Floats, d: Floats) -> Bubbles:
         """The bubbles at rest at x (n, 2) with spacing d (n,), at the end of the motion."""
-        return replace(self.bubbles, x=x, d=d, s=self.s)
+        return self.bubbles.moved(x, d, self.s)
 
 
 @dataclass

@@ -1,6 +1,6 @@
 """Bubbles connected by a constrained Delaunay triangulation."""
 
-from dataclasses import field, replace
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -37,12 +37,22 @@ class Net:
 
     def of(self, bubbles: Bubbles) -> "Net":
         """Net with the same facets and triangles, of as many other bubbles, or of these at other places."""
-        return replace(self, bubbles=bubbles, connected_at=self.start)
+        return self._joined(bubbles, self.triangles, self.edges, self.legal, self.start)
 
     def by(self, legal: Legal, bubbles: Bubbles, connected_at: Floats | None = None) -> "Net":
         """Net with the same facets, of as many bubbles that flips have connected where they are, or were."""
-        triangles, edges = legal.triangles, legal.edges
-        return replace(self, bubbles=bubbles, triangles=triangles, edges=edges, legal=legal, connected_at=connected_at)
+        return self._joined(bubbles, legal.triangles, legal.edges, legal, connected_at)
+
+    def afresh(self, triangles: Integers, edges: Integers) -> "Net":
+        """Net with the same facets and bubbles, of other triangles and edges."""
+        return self._joined(self.bubbles, triangles, edges, None, None)
+
+    def _joined(
+        self, bubbles: Bubbles, triangles: Integers, edges: Integers, legal: Legal | None, connected_at: Floats | None
+    ) -> "Net":
+        # There are so many of them that `replace`, which asks for all fields, would take a share of the time.
+        bounds = self.facets, self.facet_piece, self.two_sided
+        return Net(bubbles, *bounds, triangles, edges, legal, connected_at, self.straight)
 
     @property
     def start(self) -> Floats:
@@ -145,7 +155,7 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
 
     With ``triangles`` (t, 3), as in `connect`, they may be other bubbles.
     """
-    moved, count = net.of(bubbles), bubbles.boundary_count
+    count = bubbles.boundary_count
     held = _same_on_boundary(net.bubbles, bubbles)
     stays = held and triangles is None and np.array_equal(net.start[:count], bubbles.x[:count])
     start = net.start if stays else bubbles.x
@@ -155,8 +165,9 @@ def reconnect(net: Net, bubbles: Bubbles, triangles: Integers | None = None) -> 
     elif _all_within(known := net.triangles if triangles is None else triangles, bubbles):
         found = legalised(known, start, bubbles.x, net.facets)
     # Flips do not see rims that cross each other on the outside, as they might do on their way, too.
+    moved = net.of(bubbles) if found is None else net.by(found, bubbles)
     if found is not None and (held or moved.has_simple_rim):
-        return net.by(found, bubbles)
+        return moved
     return (_without_lost(net, moved) if stays else None) or _triangulated(moved)
 
 
@@ -182,13 +193,11 @@ def _without_lost(before: Net, net: Net) -> Net | None:
     found = connected_without_lost(*ways, net.facets, net.facets[~net.two_sided])
     if found is None:
         return None
-    triangles, edges = found
-    return replace(net, triangles=triangles, edges=edges, legal=None, connected_at=None)
+    return net.afresh(*found)
 
 
 def _triangulated(net: Net) -> Net:
-    triangles, edges = linked(net.bubbles.x, net.facets, net.two_sided)
-    return replace(net, triangles=triangles, edges=edges, legal=None, connected_at=None)
+    return net.afresh(*linked(net.bubbles.x, net.facets, net.two_sided))
 
 
 def _same_on_boundary(some: Bubbles, others: Bubbles) -> bool:
@@ -213,9 +222,9 @@ def connect_within(
     if net.legal is not None or (kept := net.valence > 0).all():  # flips lose none
         return net
     number = np.cumsum(kept) - 1
-    renumbered = {name: number[getattr(net, name)] for name in ("facets", "triangles", "edges")}
+    facets, triangles, edges = (number[of_bubbles] for of_bubbles in (net.facets, net.triangles, net.edges))
     rest = bubbles.select(np.flatnonzero(kept))
-    return replace(net, bubbles=rest, legal=None, connected_at=None, **renumbered)
+    return Net(rest, facets, net.facet_piece, net.two_sided, triangles, edges, straight=net.straight)
 
 
 def connect_inside(
