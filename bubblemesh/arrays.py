@@ -12,6 +12,7 @@ Integers = NDArray[np.int64]
 ShortIntegers = NDArray[np.int32]
 Booleans = NDArray[np.bool_]
 Rows = TypeVar("Rows", Floats, Integers, Booleans)
+Numbers = TypeVar("Numbers", Floats, Integers)
 Columns = TypeVar("Columns", bound=NamedTuple)  # a record of arrays of the same length
 
 LARGEST_NUMBER = 1e70  # of coordinates and lengths: their fourth powers, which predicates take, must stay finite
@@ -66,12 +67,12 @@ def concatenated(records: Sequence[Columns]) -> Columns:
     return records[0]._make(np.concatenate(columns) for columns in zip(*records, strict=True))
 
 
-def least_of_rows(table: Floats) -> Floats:
+def least_of_rows(table: Numbers) -> Numbers:
     """Least number (n,) of each row of a table (n, k) of few columns: much faster than NumPy's ``min``."""
     return reduce(np.minimum, table.T)
 
 
-def largest_of_rows(table: Floats) -> Floats:
+def largest_of_rows(table: Numbers) -> Numbers:
     """Largest number (n,) of each row of a table (n, k) of few columns: much faster than NumPy's ``max``."""
     return reduce(np.maximum, table.T)
 

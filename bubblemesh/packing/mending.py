@@ -1,13 +1,12 @@
 """Mending: the worst triangles get other surroundings by trial and error, patch by patch."""
 
-from dataclasses import replace
 from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, taken
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, largest_of_rows, taken
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.library import library
@@ -81,12 +80,13 @@ class Mending:
             return net
         around = net.within(net.triangles[bad], AROUND)
         numbers, part = net.part(around)
-        mended = part
+        mended, patches = part, self._patches(part)
         for _ in range(self.attempts):
-            bad = self._bad(mended)
-            if len(bad) == 0:
+            if patches is None:
                 break
-            mended = self._tried(mended, bad, domain, smoothing, random)
+            tried = self._tried(mended, patches, domain, smoothing, random)
+            if tried is not mended:
+                mended, patches = tried, self._patches(tried)
         if mended is part:
             return net
         bubbles = net.bubbles
@@ -95,7 +95,7 @@ class Mending:
         s[numbers[mended.bubbles.sliding] - bubbles.corners] = mended.bubbles.s
         others = net.triangles[~all_of_rows(around[net.triangles])]
         triangles = np.concatenate([others, numbers[mended.triangles]])
-        return connect_inside(replace(bubbles, x=x, s=s), domain, spacing, net, triangles)
+        return connect_inside(bubbles.moved(x, s=s), domain, spacing, net, triangles)
 
     def _bad(self, net: Net) -> Integers:
         """Numbers (k,) of the triangles to mend, the worst first."""
@@ -103,11 +103,15 @@ class Mending:
         bad = np.flatnonzero(measure > self.mend_worse)
         return bad[np.argsort(-measure[bad], kind="stable")][:MOST_PATCHES]
 
+    def _patches(self, net: Net) -> Patches | None:
+        """Patches around the worst triangles; None if none is bad."""
+        bad = self._bad(net)
+        return disjoint_patches(net, bad) if len(bad) else None
+
     def _tried(
-        self, net: Net, bad: Integers, domain: Domain, smoothing: AnySmoothing, random: np.random.Generator
+        self, net: Net, patches: Patches, domain: Domain, smoothing: AnySmoothing, random: np.random.Generator
     ) -> Net:
-        """The net after one attempt at each patch around the ``bad`` triangles (k,)."""
-        patches = disjoint_patches(net, bad)
+        """The net after one attempt at each of its patches."""
         which = patches.displaced & (np.arange(len(net.bubbles)) >= net.bubbles.boundary_count)
         trial = reconnect(net, displaced(net.bubbles, which, self.mend_amplitude, random))
         try:
@@ -122,7 +126,7 @@ class Mending:
             return net
         old, new = net.bubbles, trial.bubbles
         x = np.where(keep[:, None], new.x, old.x)
-        return reconnect(net, replace(old, x=x, s=np.where(keep[old.sliding], new.s, old.s)))
+        return reconnect(net, old.moved(x, s=np.where(keep[old.sliding], new.s, old.s)))
 
 
 def disjoint_patches(net: Net, bad: Integers) -> Patches:
@@ -162,7 +166,7 @@ def badness(net: Net, patches: Patches) -> Floats:
 
     The worst triangle counts by far the most, but no other one may get much worse for it.
     """
-    patch = patches.moving[net.triangles].max(axis=1)
+    patch = largest_of_rows(patches.moving[net.triangles])
     moving = np.flatnonzero(patch >= 0)
     power = eta(net.bubbles.x, taken(net.triangles, moving))
     with np.errstate(over="ignore"):
