@@ -9,6 +9,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.meshes.triangulation import linked
+from bubblemesh.packing import mending
 from bubblemesh.packing import net as nets
 from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, badness, disjoint_patches
 from bubblemesh.packing.net import connect, connect_inside
@@ -145,7 +146,7 @@ def test_bubbles_on_the_boundary_are_not_displaced(name):
         np.testing.assert_allclose(bubbles.x[bubbles.sliding], on_curve, atol=1e-14)
 
 
-def test_attempts_that_make_it_worse_are_not_kept():
+def test_attempts_that_make_it_worse_are_not_kept(monkeypatch):
     class Spoiling(Smoothing):
         def moved(self, net, domain, free):
             x = net.bubbles.x.copy()
@@ -153,9 +154,17 @@ def test_attempts_that_make_it_worse_are_not_kept():
             x[inside] += 0.4 * net.bubbles.d[inside, None] * np.sin(1000 * x[inside])
             return replace(net.bubbles, x=x)
 
+    looked = []
+
+    def noted(net, bad):
+        looked.append(len(bad))
+        return disjoint_patches(net, bad)
+
+    monkeypatch.setattr(mending, "disjoint_patches", noted)
     domain, spacing, net = smoothed_net("square")
     found = Mending()(net, domain, spacing, Spoiling(), np.random.default_rng(0))
     assert found is net
+    assert len(looked) == 1  # where nothing has changed there is nothing new to see
 
 
 def test_a_seed_gives_one_result_and_another_seed_another():
