@@ -69,7 +69,10 @@ class CirclePacking:
     def control(self) -> int:
         """Control the population; the number of new bubbles."""
         change = self._change()
-        self.net = connect(change.bubbles, self.setting.domain, self.net, change.triangles)
+        if change.deleted + change.inserted:
+            self.net = connect(change.bubbles, self.setting.domain, self.net, change.triangles)
+        else:
+            self.net = self.net.of(change.bubbles)
         return change.inserted
 
     def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:

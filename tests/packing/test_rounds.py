@@ -12,10 +12,13 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.annealing import NoAnnealing
+from bubblemesh.packing.circles import CirclePacking
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.neighbours import Neighbours
+from bubblemesh.packing.progress import Progress
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.packing.rounds import rounds
+from bubblemesh.packing.setting import Setting
 from bubblemesh.packing.termination import FixedRounds
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
@@ -43,6 +46,16 @@ def test_perfect_packing_hardly_moves():
     for done in rounds(bubbles, domain, [spacing], method):
         assert (done.deleted, done.inserted) == (0, 0)
         np.testing.assert_allclose(done.bubbles.x, bubbles.x, atol=1e-9)
+
+
+def test_bubbles_that_neither_come_nor_go_stay_connected_as_they_are():
+    domain, spacing, bubbles = packed_hexagon(5)
+    setting = Setting(domain, METHODS["multilevel"], np.random.default_rng(0), Progress([], lambda share: None))
+    packing = CirclePacking.of(bubbles, spacing, setting)
+    before = packing.net
+    assert packing.control() == 0
+    assert packing.net.triangles is before.triangles
+    np.testing.assert_array_equal(packing.net.start, before.bubbles.x)
 
 
 def test_disturbed_packing_returns_to_the_perfect_one():
