@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, taken
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, taken
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.pairs import near_pairs
 from bubblemesh.records import record
@@ -105,7 +105,7 @@ def maximal_independent_set(candidates: Booleans, pairs: Integers, rank: Integer
     are settled, which gives the choice of the sequential algorithm without its loop.
     """
     chosen, alive = np.zeros(len(rank), bool), candidates.copy()
-    pairs = pairs[alive[pairs].all(axis=1)]
+    pairs = taken(pairs, all_of_rows(alive[pairs]))
     while alive.any():
         rival = np.full(len(rank), np.iinfo(np.int64).max)
         i, j = pairs.T

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
+from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.linking import Legal, legalised
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
@@ -80,9 +80,19 @@ class Net:
 
     def are_facets(self, pairs: Integers) -> Booleans:
         """Pairs (k, 2) of bubbles that are, in either order, the ends of a facet."""
-        n = len(self.bubbles)
-        facets = np.sort(edge_keys(np.sort(self.facets, axis=1), n))
-        return find_keys(facets, edge_keys(np.sort(pairs, axis=1), n)) >= 0
+        return find_keys(self._facet_keys, edge_keys(np.sort(pairs, axis=1), len(self.bubbles))) >= 0
+
+    @cached_property
+    def _facet_keys(self) -> Integers:
+        return np.sort(edge_keys(np.sort(self.facets, axis=1), len(self.bubbles)))
+
+    @cached_property
+    def turns(self) -> Floats:
+        """Angles (n,) by which the boundary turns at its bubbles, in radians if they are small."""
+        i, j = self.facets.T
+        along, n = taken(self.bubbles.x, j) - taken(self.bubbles.x, i), len(self.bubbles)
+        along /= np.hypot(*along.T)[:, None]
+        return np.hypot(*(np.bincount(i, part, minlength=n) - np.bincount(j, part, minlength=n) for part in along.T))
 
     def has_facets_of(self, other: "Net") -> bool:
         """Whether the facets are those of another net, on the same pieces of the boundary."""

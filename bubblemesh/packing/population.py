@@ -239,15 +239,7 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
     free[bubbles.sliding] = ~(domain.boundary.inner | domain.tied)[bubbles.piece]
     on_walls = np.bincount(net.edges[all_of_rows(net.edges < bubbles.boundary_count)].ravel(), minlength=n)
     free &= (net.valence == FEWEST_ON_A_WALL) & (on_walls == FEWEST_ON_A_WALL - 1)
-    return free & crowded & (turns(net) < STRAIGHT)
-
-
-def turns(net: Net) -> Floats:
-    """Angles (n,) by which the boundary turns at its bubbles, in radians if they are small."""
-    i, j = net.facets.T
-    along, n = taken(net.bubbles.x, j) - taken(net.bubbles.x, i), len(net.bubbles)
-    along /= np.hypot(*along.T)[:, None]
-    return np.hypot(*(np.bincount(i, part, minlength=n) - np.bincount(j, part, minlength=n) for part in along.T))
+    return free & crowded & (net.turns < STRAIGHT)
 
 
 def across_wide_corners(net: Net, gone: Booleans) -> Integers:
@@ -264,10 +256,11 @@ def facing_wide_corners(net: Net, gone: Booleans, in_spacings: Callable[[Integer
     The function takes vectors (m, 2) at bubbles (m,) to those there.
     """
     x, corners = net.bubbles.x, net.bubbles.corners
-    first = np.argmin(net.triangles, axis=1)
-    beside = np.flatnonzero(any_of_rows(net.triangles < corners) & ~any_of_rows(gone[net.triangles]))
-    apex, a, b = (net.triangles[beside, (first[beside] + k) % 3] for k in range(3))
-    sharp = turns(net)[apex] >= SHARP
+    beside = taken(net.triangles, any_of_rows(net.triangles < corners))
+    beside = beside[~any_of_rows(gone[beside])]
+    rows, first = np.arange(len(beside)), np.argmin(beside, axis=1)
+    apex, a, b = (beside[rows, (first + k) % 3] for k in range(3))
+    sharp = net.turns[apex] >= SHARP
     apex, a, b = apex[sharp], a[sharp], b[sharp]
     u, v = (in_spacings(apex, taken(x, end) - taken(x, apex)) for end in (a, b))
     wide = np.einsum("ij,ij->i", u, v) < WIDEST_CORNER * np.hypot(*u.T) * np.hypot(*v.T)

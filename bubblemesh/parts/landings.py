@@ -8,7 +8,7 @@ from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.net import unconnected
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
-from bubblemesh.packing.population import SHARP, turns
+from bubblemesh.packing.population import SHARP
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
@@ -47,7 +47,7 @@ class Landings:
     def of(cls, domain: Domain, spacing: Spacing) -> "Landings":
         """The bubbles of a domain that is not cut."""
         shell = unconnected(boundary_bubbles(domain, spacing), domain)
-        smooth = turns(shell) < SHARP
+        smooth = shell.turns < SHARP
         return cls(shell.bubbles.x[smooth], shell.bubbles.d[smooth])
 
     def near(self, at: Floats, way: Floats, crossings: Floats) -> Landing | None:
