@@ -63,9 +63,9 @@ class NoAnnealing:
         relax: Relax,
         rank: Rank = ONLY,
         dynamics: Dynamics | None = None,
-    ) -> Relaxed:
+    ) -> tuple[Net, Relaxed]:
         """The bubbles as they are."""
-        return Relaxed.none(net.bubbles)
+        return net, Relaxed.none(net.bubbles)
 
     def cycles(self, bubbles: int, rank: Rank = ONLY) -> int:
         """Zero, whatever the number of bubbles."""
@@ -107,10 +107,11 @@ class Annealing:
         relax: Relax,
         rank: Rank = ONLY,
         dynamics: Dynamics | None = None,
-    ) -> Relaxed:
-        """The bubbles after all cycles of a level, each a displacement and a relaxation.
+    ) -> tuple[Net, Relaxed]:
+        """Net and relaxation after all cycles of a level, each a displacement and a relaxation.
 
-        If kernels can relax them, they do by the ``dynamics``; else these are None.
+        The net has the bubbles where they are then, and triangles from which they have not gone far. If kernels can
+        relax them, they do by the ``dynamics``; else these are None.
         """
         annealer = Annealer(domain, relax, self.shake_steps, dynamics)
         total, seed = self.cycles(len(net.bubbles), rank, net.disorder), int(random.integers(SEEDS))
@@ -125,7 +126,7 @@ class Annealing:
             net, relaxed, count = annealer(net, cycles)
             parts.append(relaxed)
             done += count
-        return Relaxed.one_of(parts)
+        return net, Relaxed.one_of(parts)
 
     def cycles(self, bubbles: int, rank: Rank = ONLY, disorder: float = 1.0) -> int:
         """Number of cycles on a level of so many bubbles, of which a share is in ``disorder``.

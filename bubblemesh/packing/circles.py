@@ -58,10 +58,10 @@ class CirclePacking:
     def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
         """Relax the bubbles, or anneal them in the round that does, and triangulate them where they are then."""
         if stage.annealing and number == 0:
-            relaxed = self._annealed(stage.rank)
+            net, relaxed = self._annealed(stage.rank)
         else:
-            relaxed = self._relaxed(self.net, self._steps(stage, number), number, odd)
-        self.net = connect_inside(relaxed.bubbles, self.setting.domain, self.spacing, self.net)
+            net, relaxed = self.net, self._relaxed(self.net, self._steps(stage, number), number, odd)
+        self.net = connect_inside(relaxed.bubbles, self.setting.domain, self.spacing, net)
         return relaxed
 
     lacks_many: ClassVar[bool] = False  # what is missing comes in a round or two
@@ -122,8 +122,8 @@ class CirclePacking:
 
         return Dynamics(method.force, method.motion, viscosities, count)
 
-    def _annealed(self, rank: Rank) -> Relaxed:
-        """The bubbles after annealing on a level of that rank; kernels go through its cycles where they can."""
+    def _annealed(self, rank: Rank) -> tuple[Net, Relaxed]:
+        """Net and relaxation after annealing on a level of that rank; kernels go through its cycles where they can."""
         domain, method, random, _ = self.setting
         compiled = method.relaxation.is_compiled(method.motion, method.annealing.shake_steps)
         dynamics = self._dynamics() if compiled else None

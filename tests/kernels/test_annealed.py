@@ -46,7 +46,9 @@ def annealed(monkeypatch, compiled, scheme, net, domain, spacing, seed=0, force=
     def relax(net, steps):
         return Connected()(net, domain, spacing, dynamics, steps)
 
-    return scheme(net, domain, spacing, np.random.default_rng(seed), relax, dynamics=dynamics), counted
+    last, relaxed = scheme(net, domain, spacing, np.random.default_rng(seed), relax, dynamics=dynamics)
+    assert last.bubbles is relaxed.bubbles
+    return relaxed, counted
 
 
 def assert_same(one, other):

@@ -35,7 +35,7 @@ class Recorder:
 
 def annealed(scheme, domain, spacing, bubbles, seed=0, relax=None, rank=ONLY):
     recorder = relax or Recorder()
-    result = scheme(connect(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder, rank)
+    _, result = scheme(connect(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder, rank)
     return result, recorder
 
 
