@@ -7,14 +7,18 @@ import pytest
 from examples import EXAMPLES
 from invariants import check_mesh
 from lattices import hexagon, packed_hexagon, uniform
+from twins import needs_compiler
 
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.triangulation import linked
+from bubblemesh.packing import net as nets
 from bubblemesh.packing.annealing import NoAnnealing
 from bubblemesh.packing.circles import CirclePacking
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.neighbours import Neighbours
+from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import Progress
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.packing.rounds import rounds
@@ -56,6 +60,24 @@ def test_bubbles_that_neither_come_nor_go_stay_connected_as_they_are():
     assert packing.control() == 0
     assert packing.net.triangles is before.triangles
     np.testing.assert_array_equal(packing.net.start, before.bubbles.x)
+
+
+@needs_compiler
+def test_annealed_bubbles_are_not_triangulated_anew_however_far_they_have_gone(monkeypatch):
+    sizes = []
+
+    def noted(points, *others):
+        sizes.append(len(points))
+        return linked(points, *others)
+
+    monkeypatch.setattr(nets, "linked", noted)
+    spacing = Spacing(lambda x, y: 0.4 * np.abs(np.hypot(x, y) - 2) + 0.3, 0.3)
+    domain, method = Domain.of(rings.rectangle(-3, -3, 3, 3)), METHODS["multilevel"]
+    method = replace(method, perturbation=replace(method.perturbation, seed=1))
+    start = method.placement(domain, spacing, 10_000)
+    *_, last = rounds(start, domain, [spacing], method)
+    assert sizes == [len(start)]
+    np.testing.assert_array_equal(last.net.triangles, connect(last.bubbles, domain).triangles)
 
 
 def test_disturbed_packing_returns_to_the_perfect_one():
