@@ -24,18 +24,18 @@ typedef struct {
     char *near;
 } Work;
 
-void mark_disorder(int64_t n, int64_t fixed, int64_t m, const int32_t *ends, int32_t *valence, char *near)
+void mark_disorder(int64_t n, int64_t fixed, int64_t m, const int64_t *edges, int32_t *valence, char *near)
 {
     int64_t k;
     memset(valence, 0, (size_t)n * sizeof *valence);
     for (k = 0; k < 2 * m; k++)
-        valence[ends[k]]++;
+        valence[edges[k]]++;
     for (k = 0; k < n; k++) {
         near[k] = valence[k] != REGULAR_VALENCE ? DISORDERED : 0;
         valence[k] = near[k] | (k < fixed ? BESIDE_BOUNDARY : 0);
     }
     for (k = 0; k < m; k++) {
-        int32_t i = ends[2 * k], j = ends[2 * k + 1];
+        int64_t i = edges[2 * k], j = edges[2 * k + 1];
         near[i] |= (char)valence[j];
         near[j] |= (char)valence[i];
     }
@@ -81,11 +81,11 @@ typedef struct {
     int flipped;        /* whether any edge ever was */
 } Net;
 
-/* Lists the edges anew where there were flips, and their ends for the forces. */
-static int64_t list_anew(Net *net, int32_t *ends)
+/* Lists the edges anew where there were flips. */
+static int64_t list_anew(Net *net)
 {
     const Known known = {net->known ? net->triangles : NULL, net->edges, net->known ? net->m : 0};
-    int64_t k, *listed = net->next, status;
+    int64_t *listed = net->next, status;
     if (!memchr(net->mesh.changed, 1, (size_t)net->mesh.t))
         return DONE;
     status = put_edges_in_order(&net->mesh, &known, listed, &net->m);
@@ -93,17 +93,23 @@ static int64_t list_anew(Net *net, int32_t *ends)
     net->edges = listed;
     net->known = net->flipped = 1;
     catch_up(&net->mesh, net->triangles);
-    for (k = 0; k < 2 * net->m && status == DONE; k++)
-        ends[k] = (int32_t)listed[k];
     return status;
 }
 
-/* Distances contact (m,) at which pairs of bubbles of spacings d (n,) are at rest. */
-static void find_contacts(int64_t m, const int32_t *ends, const double *d, double *contact)
+/* Lists the ends of edges, but for those between fixed bubbles, on which forces are of no concern, and the distances
+   contact at which the bubbles are at rest; how many. */
+static int64_t list_pairs(const Net *net, const Bubbles *bubbles, int32_t *ends, double *contact)
 {
-    int64_t k;
-    for (k = 0; k < m; k++)
-        contact[k] = (d[ends[2 * k]] + d[ends[2 * k + 1]]) / 2;
+    const double *d = bubbles->d;
+    int64_t k, count = 0;
+    for (k = 0; k < net->m; k++) {
+        int64_t i = net->edges[2 * k], j = net->edges[2 * k + 1];
+        ends[2 * count] = (int32_t)i;
+        ends[2 * count + 1] = (int32_t)j;
+        contact[count] = (d[i] + d[j]) / 2;
+        count += i >= bubbles->fixed || j >= bubbles->fixed;
+    }
+    return count;
 }
 
 /* Puts triangles and their twins (t, 3) in order, and the edges where the first ones were. */
@@ -144,24 +150,24 @@ typedef struct {
     const double *c; /* (steps,): viscosities */
 } Rules;
 
-/* One cycle, with mean speeds (steps,); the outcome is that of the flips, and nothing is done
-   after the displacement if it is not DONE, even before. */
+/* One cycle, with mean speeds (steps,); the outcome is that of the flips, and nothing is done after the displacement if
+   it is not DONE, even before. */
 static int64_t go_through(Net *net, const Bubbles *bubbles, const Rules *rules, const Chance *chance, double inside,
                           double beside, double *speeds, Work *work, int64_t *outcome)
 {
     const Motion motion = {bubbles->n, bubbles->fixed, bubbles->x, work->v, rules->most};
     int64_t status = DONE;
-    mark_disorder(bubbles->n, bubbles->fixed, net->m, work->ends, work->valence, work->near);
+    mark_disorder(bubbles->n, bubbles->fixed, net->m, net->edges, work->valence, work->near);
     displace(bubbles, work->near, chance, inside, beside);
     if (*outcome == DONE)
         status = flip_all(&net->mesh, net->start, bubbles->x, outcome);
     if (status == DONE && *outcome == DONE) {
         memcpy(net->start, bubbles->x, (size_t)(2 * bubbles->n) * sizeof *net->start);
-        status = list_anew(net, work->ends);
+        status = list_anew(net);
     }
     if (status == DONE && *outcome == DONE) {
-        const Pairs pairs = {bubbles->n, net->m, work->ends, work->contact, rules->strength, rules->cutoff};
-        find_contacts(net->m, work->ends, bubbles->d, work->contact);
+        int64_t count = list_pairs(net, bubbles, work->ends, work->contact);
+        const Pairs pairs = {bubbles->n, count, work->ends, work->contact, rules->strength, rules->cutoff};
         status = relax_pairs(&pairs, &motion, rules->dt, rules->steps, rules->c, speeds);
     }
     return status;
@@ -186,14 +192,12 @@ KERNEL int64_t anneal(int64_t n, int64_t t, int64_t *triangles, int64_t m, int64
 {
     const Bubbles bubbles = {n, fixed, x, d, calm};
     const Rules rules = {strength, most, cutoff, dt, steps, c};
-    int64_t *spare = malloc((size_t)(6 * t + 1) * sizeof *spare), k, cycle, outcome = DONE;
+    int64_t *spare = malloc((size_t)(6 * t + 1) * sizeof *spare), cycle, outcome = DONE;
     Net net = {{n, t, NULL, NULL, NULL}, start, triangles, m, edges, spare, known != 0, 0};
     Work work = {NULL, NULL, NULL, NULL, NULL};
     int64_t status = take_with_twins(&net.mesh, triangles, known ? twins : NULL, facet_count, facets, &outcome);
     if (!make_room(&work, n, t) || !spare)
         status = NO_MEMORY;
-    for (k = 0; k < 2 * m && status == DONE; k++)
-        work.ends[k] = (int32_t)edges[k];
     for (cycle = 0; cycle < cycles && status == DONE; cycle++) {
         const Chance chance = {(uint64_t)seed, (uint64_t)(first + cycle)};
         status = go_through(&net, &bubbles, &rules, &chance, inside[cycle], beside[cycle], speeds + cycle * steps,

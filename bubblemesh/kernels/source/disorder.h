@@ -13,7 +13,7 @@ typedef struct {
 
 /* Marks near (n,) bubbles without six of the edges (m, 2), those next to them, and those next to the boundary, on which
    the first ones are; valence (n,) is for work. */
-SHARED void mark_disorder(int64_t n, int64_t fixed, int64_t m, const int32_t *ends, int32_t *valence, char *near);
+SHARED void mark_disorder(int64_t n, int64_t fixed, int64_t m, const int64_t *edges, int32_t *valence, char *near);
 
 /* 64 random bits for a bubble, by SplitMix64: G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number
    generators", OOPSLA 2014. */

@@ -64,7 +64,7 @@ KERNEL int64_t metric_anneal(int64_t n, int64_t t, int64_t *triangles, int64_t f
             relax_ellipses(n, t, triangles, *count, ends, x, m, fixed, steps, &moving, speeds, &room);
         if (cycle == cycles)
             break;
-        mark_disorder(n, fixed, *count, ends, valence, near);
+        mark_disorder(n, fixed, *count, edges, valence, near);
         choose_moves(&nodes, near, &chance, inside[cycle], beside[cycle], room.move);
         move_guarded(n, t, triangles, x, room.move, keep, &room);
         flip_wrong(&sides, x, m, &circles);
