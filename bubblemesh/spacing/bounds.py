@@ -123,8 +123,8 @@ def _negative(a: Bounds) -> Bounds:
 
 
 def _product(a: Bounds, b: Bounds) -> Bounds:
-    ends = np.stack(np.broadcast_arrays(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high))
-    low, high = ends.min(axis=0), ends.max(axis=0)
+    ends = a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high
+    low, high = reduce(np.minimum, ends), reduce(np.maximum, ends)
     return Bounds(low, high, b.size * a.slopes + a.size * b.slopes)
 
 

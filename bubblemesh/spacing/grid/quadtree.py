@@ -129,8 +129,8 @@ class Quadtree:
 
     def quarters(self) -> "Quadtree":
         """The quarters (4 n,) of all cells, four of each in turn in the order of its corners."""
-        n = len(self)
-        return self._parts(np.repeat(np.arange(n), 4), np.tile(np.arange(4), n), np.ones(4 * n, bool))
+        number = np.arange(4 * len(self))
+        return self._parts(number >> 2, number & 3, np.ones(len(number), bool))
 
     def _parts(self, origin: Integers, quarter: Integers, finer: Booleans) -> "Quadtree":
         """The cells ``origin`` (k,), or where they are ``finer`` (k,) their quarters (k,), zero for the other ones."""

@@ -39,8 +39,14 @@ class SteepestPlace(NamedTuple):
 
 def unresolved(domain: Domain, spacing: Spacing) -> Samples:
     """A cell around the domain, which is to be split in any case."""
-    grid = Quadtree.around(domain.bounds)
-    return Samples(grid, np.ones(1, bool), spacing.extended(_places(grid, np.zeros(1, np.int64))[0])[None])
+    return _sampled(Quadtree.around(domain.bounds), spacing)
+
+
+def _sampled(grid: Quadtree, spacing: Spacing) -> Samples:
+    """Cells that reach into the domain, with samples of their own."""
+    places = _places(grid, np.arange(len(grid)))
+    d = spacing.extended(places.reshape(-1, 2)).reshape(places.shape[:2])
+    return Samples(grid, np.ones(len(grid), bool), d)
 
 
 def resolved(
@@ -91,26 +97,29 @@ def _largest_sides(samples: Samples, domain: Domain) -> Floats:
 def surely_slow(domain: Domain, spacing: Spacing, growth: float) -> bool:
     """Whether the spacing grows by at most ``growth`` per length for sure, as most do that grow so slowly.
 
-    Bounds of its function tell that of large cells. Only cells that have none, as around the root of zero, are divided
-    until they resolve the spacing and their samples tell.
+    Bounds of its function tell that of large cells. Only cells that have none, as around the root of zero, are sampled,
+    and divided until they resolve the spacing and their samples tell.
     """
-    front = unresolved(domain, spacing)
-    values = partial(_of_quarters, spacing=spacing)
+    grid = Quadtree.around(domain.bounds)
     for _ in range(GRID_LEVELS + 1):
-        grid = front.grid
         low = grid.centers - grid.sides[:, None] / 2
         bounds = bounds_of(spacing.function, low, low + grid.sides[:, None])
         if bounds is None:
             return False
-        unsure = front.inside & ~(bounds.steepest <= growth)
-        if np.count_nonzero(unsure) > MOST_UNSURE or steepest(front.select(unsure), domain, growth) is not None:
+        unsure = grid.select(~(bounds.steepest <= growth))
+        if len(unsure) == 0:
+            break
+        if len(unsure) > MOST_UNSURE:
             return False
-        unsure &= grid.divisible & (grid.sides > _largest_sides(front, domain))
-        if not unsure.any():
+        samples = _sampled(unsure, spacing)
+        if steepest(samples, domain, growth) is not None:
+            return False
+        large = unsure.divisible & (unsure.sides > _largest_sides(samples, domain))
+        if not large.any():
             break
         # Twice at once: a look at more cells takes less time than one more look.
-        parts = front.quarters(unsure, domain, values)
-        front = parts.quarters(parts.inside & parts.grid.divisible, domain, values)
+        grid = unsure.select(large).quarters().quarters()
+        grid = grid.select(domain.reaches(grid.centers, grid.sides * np.sqrt(0.5)))
     return True
 
 
@@ -127,6 +136,8 @@ def too_steep(samples: Samples, growth: float) -> Booleans:
 def steepest(samples: Samples, domain: Domain, growth: float) -> SteepestPlace | None:
     """Place where the spacing grows fastest between samples that lie in the domain, if faster than ``growth``."""
     cell, pair = np.nonzero(too_steep(samples, growth) & samples.inside[:, None])
+    if len(cell) == 0:
+        return None
     ends = _places(samples.grid, cell)[np.arange(len(cell))[:, None], PAIRS[pair]]
     real = domain.contains(ends[:, 0]) & domain.contains(ends[:, 1])
     cell, pair, ends = cell[real], pair[real], ends[real]
