@@ -44,9 +44,9 @@ def corner_fans(boundary: Boundary) -> CornerFans:
     """Fans of both ends of all pieces that are not closed."""
     piece = np.flatnonzero(~boundary.closed)
     ahead, back = (step[piece] for step in boundary.end_steps())
-    length, start = boundary.lengths[piece], np.zeros(len(piece))
-    leaving = np.vstack([boundary.tangents(piece, start), -boundary.tangents(piece, length)])
-    later = np.vstack([boundary.tangents(piece, ahead), -boundary.tangents(piece, length - back)])
+    length, start, tangents = boundary.lengths[piece], np.zeros(len(piece)), boundary.tracks(piece).tangents
+    leaving = np.vstack([tangents(start), -tangents(length)])
+    later = np.vstack([tangents(ahead), -tangents(length - back)])
     direction = np.arctan2(leaving[:, 1], leaving[:, 0])
     (ax, ay), (bx, by) = leaving.T, later.T
     turn = np.arctan2(ax * by - ay * bx, ax * bx + ay * by)

@@ -129,18 +129,22 @@ class Domain(Uncached):
                 polygons.append(simple_polygon(points, name))
         holes = slice(len(areas), None)
         require_apart(polygons[holes], owner[holes], names[holes], keys[holes])
-        boundary = split_at_contacts(Boundary.of(rings, owner))
-        require_domain(PolygonalCopy.of(boundary), names, keys)
-        notes = tuple(note for ring in rings for note in ring.notes)
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
-        simple = cls(boundary, notes, given_outlines=given_outlines)
-        inner = InnerParts() if parts is None else without_outside(parts, simple.polygon, simple.signed_distance)
-        whole = partitioned(boundary, inner, simple.polygon) if inner else boundary
-        told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
-        changes = tuple(change for ring in (*rings, *inner.rings) for change in ring.changes)
-        lost = tuple(label for known in (rings, inner.paths) for path in known for label in path.lost)
-        domain = cls(whole, told, inner, given_outlines, changes, lost=lost)
-        require_room(whole, domain.corner_fans)
+
+        def bounded_by(boundary: Boundary, inner: InnerParts) -> "Domain":
+            notes = (note for ring in rings for note in ring.notes)
+            told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
+            changes = tuple(change for ring in (*rings, *inner.rings) for change in ring.changes)
+            lost = tuple(label for known in (rings, inner.paths) for path in known for label in path.lost)
+            return cls(boundary, told, inner, given_outlines, changes, lost=lost)
+
+        boundary, inner = split_at_contacts(Boundary.of(rings, owner)), InnerParts() if parts is None else parts
+        domain = bounded_by(boundary, inner)
+        require_domain(domain.polygonal_copy, names, keys)
+        if inner:
+            inner = without_outside(inner, domain.polygon, domain.signed_distance)
+            domain = bounded_by(partitioned(boundary, inner, domain.polygon) if inner else boundary, inner)
+        require_room(domain.boundary, domain.corner_fans)
         return domain
 
     @cached_property
@@ -177,7 +181,7 @@ class Domain(Uncached):
         """The domain bounded by that copy."""
         return self.polygonal_copy.polygon()
 
-    @property
+    @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
         """Bounding box (x0, y0, x1, y1)."""
         x0, y0, x1, y1 = self.polygon.bounds
