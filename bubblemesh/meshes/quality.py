@@ -121,9 +121,9 @@ def signed_areas(points: Floats, triangles: Integers) -> Floats:
 
 
 def doubled_areas(corners: Floats) -> Floats:
-    """Twice the areas (t,) of triangles with the corners (t, 3, 2), negative where they turn clockwise."""
-    (ux, uy), (vx, vy) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
-    return np.asarray(ux * vy - uy * vx)
+    """Twice the areas (t,) between the first three nodes (t, 3 or more, 2) of triangles, negative if clockwise."""
+    (ax, ay), (bx, by), (cx, cy) = np.moveaxis(corners[:, :3], 0, -1)  # columns, for loops over all triangles
+    return np.asarray((bx - ax) * (cy - ay) - (by - ay) * (cx - ax))
 
 
 def inverted(points: Floats, triangles: Integers) -> Integers:

@@ -104,6 +104,6 @@ def _edge_lengths(triangles: Floats) -> Floats:
 
 
 def _halved_intervals(intervals: Floats) -> Floats:
-    piece, begin, end = intervals.T
-    middle = (begin + end) / 2
-    return np.concatenate([np.column_stack([piece, begin, middle]), np.column_stack([piece, middle, end])])
+    first, last = intervals.copy(), intervals.copy()
+    first[:, 2] = last[:, 1] = (intervals[:, 1] + intervals[:, 2]) / 2
+    return np.concatenate([first, last])

@@ -53,12 +53,12 @@ class Triangles:
         edges, number = numbered_edges(self.corners)
         middles = (taken(self.points, edges[:, 0]) + taken(self.points, edges[:, 1])) / 2
         (a, b, c), (ab, bc, ca) = self.corners.T, (number + len(self.points)).T
-        quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        quarters = [a, ab, ca, ab], [ab, b, bc, bc], [ca, bc, c, ca]  # columns of their corners
         return Triangles(
             self.spacing,
             np.vstack([self.points, middles]),
             np.append(self.d, self.spacing(middles)),
-            np.concatenate([np.column_stack(corners) for corners in quarters]),
+            np.stack([np.concatenate(column) for column in quarters], axis=1),
         )
 
     def select(self, which: Booleans) -> "Triangles":
@@ -73,38 +73,55 @@ class Intervals:
     spacing: Spacing
     boundary: Boundary
     piece: Integers  # (k,)
-    ends: Floats  # (k, 2): arc lengths
-    d: Floats  # (k, 2): at the ends
+    begin: Floats  # (k,): arc lengths
+    end: Floats  # (k,)
+    first: Floats  # (k,): spacing at the begin
+    last: Floats  # (k,): at the end
 
     @classmethod
     def of(cls, cover: Cover, spacing: Spacing, boundary: Boundary) -> "Intervals":
         """Intervals of a cover."""
-        piece, ends = cover.intervals[:, 0].astype(np.int64), cover.intervals[:, 1:]
-        d = [spacing.along(boundary, piece, s) for s in ends.T]
-        return cls(spacing, boundary, piece, ends, np.column_stack(d))
+        piece, begin, end = cover.intervals.T
+        piece = piece.astype(np.int64)
+        first, last = (spacing.along(boundary, piece, s) for s in (begin, end))
+        return cls(spacing, boundary, piece, begin, end, first, last)
 
     def nodes(self) -> Floats:
         """Nodes (k,) of each interval beside those of the area: the integral of 1 / (2 d)."""
-        return np.diff(self.ends, axis=1)[:, 0] * mean_inverse(*self.d.T) / 2
+        return (self.end - self.begin) * mean_inverse(self.first, self.last) / 2
 
     def divided(self) -> "Intervals":
         """Halves."""
-        middle = self.ends.mean(axis=1)
+        middle = (self.begin + self.end) / 2
         d = self.spacing.along(self.boundary, self.piece, middle)
-        ends = [np.column_stack([self.ends[:, 0], middle]), np.column_stack([middle, self.ends[:, 1]])]
-        values = [np.column_stack([self.d[:, 0], d]), np.column_stack([d, self.d[:, 1]])]
-        return replace(self, piece=np.tile(self.piece, 2), ends=np.concatenate(ends), d=np.concatenate(values))
+        return replace(
+            self,
+            piece=np.concatenate([self.piece, self.piece]),
+            begin=np.concatenate([self.begin, middle]),
+            end=np.concatenate([middle, self.end]),
+            first=np.concatenate([self.first, d]),
+            last=np.concatenate([d, self.last]),
+        )
 
     def select(self, which: Booleans) -> "Intervals":
         """Selected intervals (k,)."""
-        return replace(self, piece=self.piece[which], ends=self.ends[which], d=self.d[which])
+        return replace(
+            self,
+            piece=self.piece[which],
+            begin=self.begin[which],
+            end=self.end[which],
+            first=self.first[which],
+            last=self.last[which],
+        )
 
 
 def mean_inverse(a: Floats, b: Floats) -> Floats:
     """Mean (k,) of 1 / d where d changes linearly from a (k,) to b (k,): ln(b / a) / (b - a)."""
     rise = (b - a) / a
-    same, lost = rise == 0, rise == -1  # where b is as nothing beside a
-    change = np.log1p(np.where(lost, 0.0, rise))
+    same, lost = rise == 0, np.flatnonzero(rise == -1)  # where b is as nothing beside a
+    change = rise.copy()
+    change[lost] = 0.0
+    np.log1p(change, out=change)
     change[lost] = np.log(b[lost]) - np.log(a[lost])
     return np.where(same, 1.0, change) / np.where(same, a, rise * a)
 
