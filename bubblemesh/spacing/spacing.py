@@ -48,9 +48,9 @@ class Spacing:
         CaseError where it is zero, negative, above 1e70 or no number; the text names the point.
         """
         d = self._values(points)
-        bad = np.flatnonzero(~_usable(d))
-        if len(bad):
-            k = bad[0]
+        usable = _usable(d)
+        if not usable.all():
+            k = usable.argmin()
             with at_key(*self.keys(points[k : k + 1])[0]):
                 raise CaseError(
                     f"is {d[k]:g} at {place(points[k])}: it has to be positive and finite "
@@ -66,10 +66,14 @@ class Spacing:
         """Spacing (n,) at points (n, 2) of the domain in some directions (n, 2), in which it may differ."""
         return self(points)
 
-    def anywhere_towards(self, points: Floats, directions: Floats) -> Floats:
-        """Spacing (n,) at points (n, 2) in some directions (n, 2), as `towards`, but anywhere: NaN where undefined."""
+    def anywhere(self, points: Floats) -> Floats:
+        """Spacing (n,) at points (n, 2) anywhere: NaN where undefined."""
         d = self._values(points)
         return np.where(_usable(d), d, np.nan)
+
+    def anywhere_towards(self, points: Floats, directions: Floats) -> Floats:
+        """Spacing (n,) at points (n, 2) in some directions (n, 2), as `towards`, but anywhere: NaN where undefined."""
+        return self.anywhere(points)
 
     def stretch(self, points: Floats, directions: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) anywhere, in directions (n, 2), over that square to them; 1 where undefined."""

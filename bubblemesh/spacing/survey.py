@@ -146,11 +146,12 @@ def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, 
     reach = LARGEST_PART * domain.size
     for _ in range(HALVINGS):
         around = best + reach * grid
+        # Few places have less, and only of these it matters whether they lie in the domain.
+        around = around[~(spacing.anywhere(around) >= value)]
         around = around[domain.contains(around)]
         if len(around):
             d = spacing(around)
-            if d.min() < value:
-                best, value = around[d.argmin()], float(d.min())
+            best, value = around[d.argmin()], float(d.min())
         reach /= 2
         if reach < RESOLVED * value:
             break
