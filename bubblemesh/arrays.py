@@ -53,13 +53,13 @@ def extent(points: Floats) -> float:
 
 def select(record: Columns, which: Integers | Booleans) -> Columns:
     """Record with the rows ``which`` (k,) of its columns."""
-    numbers = np.flatnonzero(which) if which.dtype == bool else which
+    numbers = which.nonzero()[0] if which.dtype == bool else which
     return record._make(column.take(numbers, axis=0) for column in record)
 
 
 def taken(table: Rows, which: Integers | Booleans) -> Rows:
     """Rows (..., k) of a table (n, k) as ``table[which]`` gives them: much faster for few columns."""
-    return table.take(np.flatnonzero(which) if which.dtype == bool else which, axis=0)
+    return table.take(which.nonzero()[0] if which.dtype == bool else which, axis=0)
 
 
 def concatenated(records: Sequence[Columns]) -> Columns:

@@ -82,7 +82,7 @@ class FacingWalls:
         both = np.flatnonzero(boundary.inner[piece])
         number, side = np.append(np.arange(len(piece)), both), np.repeat([1.0, -1.0], [len(piece), len(both)])
         piece, s, reach, room = piece[number], s[number], reach[number], room[number]
-        points, tangents = boundary.points(piece, s), boundary.tangents(piece, s)
+        points, tangents = boundary.tracks(piece).places(s)
         normals = side[:, None] * turned_left(tangents)
         rays = np.stack([points, points + reach[:, None] * normals], axis=1)
         beyond, left, found = np.full(len(points), np.inf), np.arange(len(points)), []
@@ -94,6 +94,8 @@ class FacingWalls:
             own = (chords.piece[chord] == piece[ray]) & (begin <= s[ray]) & (s[ray] <= begin + chords.step[chord])
             may = ~own & self._may_meet(taken(points, ray), taken(normals, ray), chord)
             ray, chord = ray[may], chord[may]
+            if len(ray) == 0:
+                continue
             met = segments_meet(rays[ray], np.stack([chords.start[chord], chords.end[chord]], axis=1))
             ray, chord = ray[met], chord[met]
             at, leaves = self._crossings(points[ray], normals[ray], chord)
@@ -111,6 +113,8 @@ class FacingWalls:
             nearest = nearest[np.diff(ray[nearest], prepend=-1) != 0]
             found.append((ray[nearest], select(gaps, nearest)))
             left = _without(left[beyond[left] > near[left]], ray, len(points))
+        if not found:
+            return NO_GAPS
         ray = np.concatenate([rays_found for rays_found, _ in found])
         return gaps_inside(self.domain, select(concatenated([gaps for _, gaps in found]), np.argsort(ray)))
 

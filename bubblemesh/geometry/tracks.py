@@ -21,6 +21,8 @@ class Group(NamedTuple):
     @classmethod
     def all_of(cls, families: Sequence[Family], kind: Integers, curve: Integers) -> "tuple[Group, ...]":
         """Groups of the nodes on the curves ``curve`` (m,) of the families ``kind`` (m,)."""
+        if len(families) == 1:
+            return (cls(families[0], slice(None), curve),)
         groups = []
         for k, curves in enumerate(families):
             mine = np.flatnonzero(kind == k)

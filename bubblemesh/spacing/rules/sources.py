@@ -95,10 +95,11 @@ def short_intervals(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats,
         if len(piece) == 0:
             break
         # A half ends where the other one begins, but for rounding it would be known where the last one ends as well.
-        first, last, second = np.append(first[~short], middle[~short]), middle[~short], slice(len(piece) // 2, None)
-        places = np.append(begin + length / 2, begin[second] + length[second])
-        middle, ends = np.split(spacing.along(boundary, np.append(piece, piece[second]), places), [len(piece)])
-        last = np.append(last, ends)
+        first, last = np.concatenate([first[~short], middle[~short]]), middle[~short]
+        count, second = len(piece), slice(len(piece) // 2, None)
+        places = np.concatenate([begin + length / 2, begin[second] + length[second]])
+        values = spacing.along(boundary, np.concatenate([piece, piece[second]]), places)
+        middle, last = values[:count], np.concatenate([last, values[count:]])
     piece, begin, length = (np.concatenate(column) for column in zip(*done, (piece, begin, length), strict=True))
     order = np.lexsort((begin, piece))
     return piece[order], begin[order], length[order]
@@ -106,7 +107,8 @@ def short_intervals(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats,
 
 def halved(piece: Integers, begin: Floats, length: Floats) -> tuple[Integers, Floats, Floats]:
     """Halves (2 k,) of boundary intervals (k,), all first halves first."""
-    return np.tile(piece, 2), np.append(begin, begin + length / 2), np.tile(length / 2, 2)
+    half = length / 2
+    return np.concatenate([piece, piece]), np.concatenate([begin, begin + half]), np.concatenate([half, half])
 
 
 def short_pieces(domain: Domain, spacing: Spacing, hidden: Floats | None = None) -> Sources:
