@@ -64,6 +64,7 @@ class Expression:
     _evaluate: Evaluate = field(repr=False, compare=False)
     _distance_to: DistanceTo | None = field(repr=False, compare=False)
     names: tuple[str, str] = ("x", "y")  # of the two numbers
+    rasters: frozenset[str] = field(default=frozenset(), repr=False, compare=False)  # names of those in it
     _rasters: Rasters | None = field(default=None, repr=False, compare=False)
 
     @classmethod
@@ -100,16 +101,12 @@ class Expression:
         coordinates = dict(zip(names, COORDINATES.values(), strict=True))
         builder = _Builder(given.strip(), coordinates, parameters, distance_to, rasters=rasters)
         evaluate = builder.built(tree, 0)
-        return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to, names, rasters)
+        named = frozenset(builder.named)
+        return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to, names, named, rasters)
 
     def measuring(self, distance_to: DistanceTo, rasters: Rasters | None = None) -> "Expression":
         """Expression with values for its calls of the distance, and for rasters by names; CaseError as of `parse`."""
         return self._of(self.given, self.parameters, self._tree, distance_to, self.names, rasters)
-
-    @property
-    def rasters(self) -> set[str]:
-        """Names of the rasters in it."""
-        return {node.attr for node in ast.walk(self._tree) if isinstance(node, ast.Attribute)}
 
     def __str__(self) -> str:
         return self.text
@@ -228,7 +225,7 @@ class _Builder:
         self.units, self.dimension = parameters.units, dimension
         self.rasters = rasters
         self.distance_to = distance_to
-        self.costly = False
+        self.costly, self.named = False, set[str]()
 
     def built(self, node: ast.expr, depth: int) -> Evaluate:
         if depth > MAX_DEPTH:
@@ -253,8 +250,7 @@ class _Builder:
                 call, parts = chained([self._operator(node, op) for op in ops]), [left, *comparators]
             case _:
                 raise self._error(node, f"{FORBIDDEN.get(type(node), 'this')} is not allowed in an expression")
-        values = [self.built(part, depth + 1) for part in parts]
-        return lambda x, y: call(*[value(x, y) for value in values])
+        return _applied(call, [self.built(part, depth + 1) for part in parts])
 
     def _leaf(self, node: ast.Constant | ast.Name | ast.Attribute) -> Evaluate:
         if isinstance(node, ast.Attribute):
@@ -299,6 +295,7 @@ class _Builder:
 
     def _of_raster(self, node: ast.Attribute) -> Evaluate:
         """Values of a raster of the spacing, by its name."""
+        self.named.add(node.attr)
         if self.rasters is None:
             return _unknown_raster
         if node.attr not in self.rasters:
@@ -331,6 +328,16 @@ class _Builder:
 
     def _error(self, node: ast.expr, problem: str) -> CaseError:
         return error_at(node, self.text, problem)
+
+
+def _applied(call: Callable[..., Any], values: Sequence[Evaluate]) -> Evaluate:
+    """The function of x and y that is a call of the values of others; most have one or two, which take less time."""
+    match values:
+        case [a]:
+            return lambda x, y: call(a(x, y))
+        case [a, b]:
+            return lambda x, y: call(a(x, y), b(x, y))
+    return lambda x, y: call(*[value(x, y) for value in values])
 
 
 def _constant(number: float) -> Evaluate:
