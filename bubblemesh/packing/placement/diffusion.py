@@ -65,7 +65,7 @@ def diffused_points(
 
     ``lacking`` tells what part (n,) of the bubbles of sizes d (n,) at points x (n, 2) is not there yet.
     """
-    diffusion = Diffusion(shell, domain)
+    diffusion = Diffusion(near_facets(shell, domain))
     cells = leaves_in_blocks(domain, spacing, leaf)
     return np.concatenate(
         [taken(some.centers, diffusion.chosen(some, lacking(some.centers, some.d))) for some in cells]
@@ -75,8 +75,8 @@ def diffused_points(
 class Diffusion:
     """A walk through the cells of a domain beside the bubbles on its boundary, block by block."""
 
-    def __init__(self, shell: Bubbles, domain: Domain) -> None:
-        self._to_boundary, self._passed = near_facets(shell, domain), 0.0
+    def __init__(self, to_boundary: "NearLines") -> None:
+        self._to_boundary, self._passed = to_boundary, 0.0
 
     def chosen(self, cells: Leaves, lacking: Floats) -> Booleans:
         """The next cells (n,) that get a bubble, where the part ``lacking`` (n,) of the bubbles is not there yet."""

@@ -72,7 +72,8 @@ class Lattices(Placement):
 
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         shell = boundary_bubbles(domain, spacing)
-        diffusion, to_boundary, found = Diffusion(shell, domain), near_facets(shell, domain), list[Floats]()
+        to_boundary, found = near_facets(shell, domain), list[Floats]()
+        diffusion = Diffusion(to_boundary)
         for cells, lattice in self._walk(domain, spacing):
             x, laid = self._laid(cells, lattice, to_boundary)
             found.append(taken(x, laid | diffusion.chosen(cells, (lattice < 0).astype(float))))

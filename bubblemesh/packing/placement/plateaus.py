@@ -54,8 +54,6 @@ def plateaus(domain: Domain, spacing: Spacing, expected_nodes: float = 0.0) -> t
 
 def _even(cells: Leaves, spacing: Spacing) -> Booleans:
     """Cells (n,) whose corners have the spacing of their centre."""
-    even = np.ones(len(cells.d), bool)
-    for corner in CORNERS:
-        at = spacing.extended(cells.centers + (corner - 0.5) * cells.sides[:, None])
-        even &= np.abs(at / cells.d - 1) <= EVEN
-    return even
+    corners = cells.centers + (CORNERS - 0.5)[:, None] * cells.sides[:, None]
+    at = spacing.extended(corners.reshape(-1, 2)).reshape(len(CORNERS), -1)
+    return np.all(np.abs(at / cells.d - 1) <= EVEN, axis=0)

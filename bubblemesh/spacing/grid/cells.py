@@ -76,11 +76,13 @@ def _blocks(
         done = small & inside
         keys = _keys(taken(cells, done), finer)
         found.append(_Found(keys, taken(centers, done), np.full(len(keys), side), d[done]))
-        going_on = np.flatnonzero(~small)
-        outside = going_on[~inside[going_on]]
-        # Half the diagonal reaches farther than the cell: one that is wholly outside needs no leaves.
-        away = outside[domain.surely_outside(centers[outside], np.full(len(outside), side * np.sqrt(0.5)))]
-        cells = taken(cells, np.setdiff1d(going_on, away, assume_unique=True))
+        going_on = ~small
+        outside = np.flatnonzero(going_on & ~inside)
+        if len(outside):
+            # Half the diagonal reaches farther than the cell: one that is wholly outside needs no leaves.
+            away = domain.surely_outside(centers[outside], np.full(len(outside), side * np.sqrt(0.5)))
+            going_on[outside] = ~away
+        cells = taken(cells, going_on)
         if len(cells) == 0:
             break
         cells = (2 * cells[:, None] + CORNERS).reshape(-1, 2)
