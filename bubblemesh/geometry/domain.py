@@ -303,25 +303,11 @@ class Domain(Uncached):
 
     def surely_inside(self, points: Floats, distance: Floats) -> Booleans:
         """Mask (m,) of the points (m, 2) inside that are farther than ``distance`` (m,) from the boundary."""
-        inside = np.flatnonzero(self.contains(points))
-        return self._farther(points, distance, inside, +1)
-
-    def surely_outside(self, points: Floats, distance: Floats) -> Booleans:
-        """Mask (m,) of the points (m, 2) outside that are farther than ``distance`` (m,) from the boundary."""
-        outside = np.flatnonzero(~self.contains(points))
-        return self._farther(points, distance, outside, -1)
-
-    def _farther(self, points: Floats, distance: Floats, some: Integers, side: int) -> Booleans:
-        """Mask (m,) of some points, inside (+1) or outside (-1) by the polygonal copy, farther than ``distance``.
-
-        Only what is not clearly so needs a distance of its own.
-        """
-        result = np.zeros(len(points), bool)
-        far = self.distance_at_least(points[some]) > distance[some]
-        result[some[far]] = True
-        unsure = some[~far]
-        signed = self._signed_distance(points[unsure], np.full(len(unsure), side > 0))
-        result[unsure] = side * signed > distance[unsure]
+        result = self.contains(points)
+        inside = np.flatnonzero(result)
+        # Only what is not clearly so needs a distance of its own.
+        unsure = inside[~(self.distance_at_least(points[inside]) > distance[inside])]
+        result[unsure] = self._signed_distance(points[unsure], result[unsure]) > distance[unsure]
         return result
 
     def signed_distance(self, points: Floats) -> Floats:

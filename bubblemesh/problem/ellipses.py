@@ -79,7 +79,7 @@ class AlongWalls:
         close = CLOSE * self.domain.size
         turning = np.flatnonzero((np.abs(tx * ax + ty * ay) > SQUARE * distance) & (distance > close))
         # Outside, where straight edges are looked at that end there, a wall goes on as it was.
-        turning = turning[~self.domain.surely_outside(points[turning], np.full(len(turning), close))]
+        turning = turning[self.domain.reaches(points[turning], np.full(len(turning), close))]
         direction = tangent.copy()
         direction[turning] = np.column_stack([-ay, ax])[turning] / distance[turning, None]
         direction[of_point] = 1.0, 0.0

@@ -121,4 +121,4 @@ def _meets(domain: Domain, lattice: Lattice, cells: Integers, level: int) -> Boo
     """Rhombi (k,) that may reach into the domain: the others need no bubbles."""
     centers = lattice.points(cells + 0.5, level)
     reach = lattice.side / 2**level * SQRT3 / 2
-    return ~domain.surely_outside(centers, np.full(len(centers), reach))
+    return domain.reaches(centers, np.full(len(centers), reach))

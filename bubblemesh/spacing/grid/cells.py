@@ -80,8 +80,7 @@ def _blocks(
         outside = np.flatnonzero(going_on & ~inside)
         if len(outside):
             # Half the diagonal reaches farther than the cell: one that is wholly outside needs no leaves.
-            away = domain.surely_outside(centers[outside], np.full(len(outside), side * np.sqrt(0.5)))
-            going_on[outside] = ~away
+            going_on[outside] = domain.reaches(centers[outside], np.full(len(outside), side * np.sqrt(0.5)))
         cells = taken(cells, going_on)
         if len(cells) == 0:
             break
