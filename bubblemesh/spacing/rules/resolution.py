@@ -25,7 +25,7 @@ WIDEST_WALL = 4.0  # spacings: radius of the discs outside that a coarse cell ca
 FITTING = 0.9  # depth of a disc's centre in terms of its radius
 WALL_CELL = 0.5  # radii: side of the cells that part one side of a wall from the other
 THINNEST_WALL = 1e-9  # of the domain's size
-MOST_UNSURE = 1 << 13  # cells of one level, which bounds of the spacing say nothing on
+MOST_UNSURE = 1 << 11  # cells of one level, which bounds of the spacing say nothing on
 MOST_WALL_PLACES = 5_000  # places: walls that would need more are seen as thicker than they are
 
 
@@ -117,8 +117,8 @@ def surely_slow(domain: Domain, spacing: Spacing, growth: float) -> bool:
         large = unsure.divisible & (unsure.sides > _largest_sides(samples, domain))
         if not large.any():
             break
-        # Twice at once: a look at more cells takes less time than one more look.
-        grid = unsure.select(large).quarters().quarters()
+        # Three times at once: a look at more cells takes less time than two more looks.
+        grid = unsure.select(large).quarters().quarters().quarters()
         grid = grid.select(domain.reaches(grid.centers, grid.sides * np.sqrt(0.5)))
     return True
 
