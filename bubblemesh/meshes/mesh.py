@@ -173,6 +173,8 @@ class Mesh:
     @cached_property
     def periodic_sides(self) -> tuple[PeriodicSides, ...]:
         """Pairs of sides whose nodes match, by their labels."""
+        if len(self.periodic) == 0:
+            return ()
         labels, which = np.unique(self.facet_labels[self.periodic], axis=0, return_inverse=True)
         return tuple(self._matching(a, b, self.periodic[which == k]) for k, (a, b) in enumerate(labels.tolist()))
 
