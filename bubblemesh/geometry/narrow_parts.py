@@ -24,6 +24,7 @@ PARTS = (0.05, 0.5, 0.95)  # of the way that lie in the domain
 MANY_CHORDS, FEWEST_PARTS = 1000, 4  # of a domain, and on the average of them, to look for parts of chords
 GENEROUS = 1e-3  # of a chord's length: far more than rounding makes of where a line meets it
 PADDED = 1.01  # rays that are looked along are longer by that than what is taken of them
+MOST_DISTANCES = 10_000  # of corners from lines: of more it takes less time to look for gaps
 DOUBLINGS = 8  # of the reach: what is near is found without all that is far
 
 
@@ -66,6 +67,22 @@ class FacingWalls:
     def reentrant(self) -> ReentrantCorners:
         """Corners that stand out into the domain."""
         return reentrant_corners(self.domain)
+
+    @cached_property
+    def least_width(self) -> float:
+        """Width that no gap is below: the least distance of a corner from a straight line that does not end there.
+
+        It is 0 where it is not known, as where lines are curved.
+        """
+        boundary = self.domain.boundary
+        if boundary.curved.any() or len(boundary.corners) * len(boundary.kind) > MOST_DISTANCES:
+            return 0.0
+        corners, start, end = boundary.corners[:, None], *boundary.corners[np.stack([boundary.start, boundary.end])]
+        ways = start + shares_before(corners, start, end)[..., None] * (end - start) - corners
+        distance = np.hypot(ways[..., 0], ways[..., 1])
+        for own in (boundary.start, boundary.end):
+            distance[own, np.arange(len(own))] = np.inf
+        return float(distance.min(initial=np.inf))
 
     @cached_property
     def tree(self) -> shapely.STRtree:

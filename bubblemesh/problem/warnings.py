@@ -10,7 +10,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls, Gaps
 from bubblemesh.messages import counted, place
 from bubblemesh.spacing.metric.metric import MetricSpacing
-from bubblemesh.spacing.rules.gap_sources import NarrowPlace, size_across
+from bubblemesh.spacing.rules.gap_sources import NarrowPlace, size_across, surely_wide
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
@@ -78,6 +78,8 @@ def narrow_parts(
     in a metric the size across counts. If narrow parts are left as they are since they would take too many nodes, the
     key that fills them is named.
     """
+    if surely_wide(walls, spacing):
+        return []
     boundary, corner = walls.domain.boundary, walls.reentrant
     piece, s = _samples(walls.domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])

@@ -99,7 +99,7 @@ def _longest_edge(triangles: Floats) -> Floats:
 
 def _edge_lengths(triangles: Floats) -> Floats:
     """Lengths (t, 3) of the edges from each corner to the next."""
-    delta = triangles - np.roll(triangles, -1, axis=1)
+    delta = triangles - triangles.take([1, 2, 0], axis=1)
     return np.hypot(delta[..., 0], delta[..., 1])
 
 

@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
 from bubblemesh.records import record
+from bubblemesh.spacing.bounds import Bounds, bounds_of
 
 STEEP = 0.1  # growth per length: around spots from which it is slower, samples see it
 MOST_SPOTS = 2000  # more are noise
@@ -78,6 +79,11 @@ class Spacing:
     def stretch(self, points: Floats, directions: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) anywhere, in directions (n, 2), over that square to them; 1 where undefined."""
         return np.ones(len(points))
+
+    def bounds_in(self, box: tuple[float, float, float, float]) -> Bounds | None:
+        """Bounds in a box (x0, y0, x1, y1), if any are known."""
+        low, high = np.array(box).reshape(2, 1, 2)
+        return bounds_of(self.function, low, high)
 
     def extended(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) anywhere: not below the floor, nor undefined."""

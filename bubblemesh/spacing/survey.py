@@ -143,15 +143,19 @@ def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, 
     steps = np.linspace(-1, 1, 9)
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     best, value = start, float(spacing(start[None])[0])
+    bounds = spacing.bounds_in(domain.bounds)
+    if bounds is not None and np.all(bounds.low >= value):  # as of what is constant, or least at a corner
+        return value, (float(best[0]), float(best[1]))
     reach = LARGEST_PART * domain.size
     for _ in range(HALVINGS):
         around = best + reach * grid
         # Few places have less, and only of these it matters whether they lie in the domain.
-        around = around[~(spacing.anywhere(around) >= value)]
-        around = around[domain.contains(around)]
-        if len(around):
-            d = spacing(around)
-            best, value = around[d.argmin()], float(d.min())
+        d = spacing.anywhere(around)
+        less = np.flatnonzero(~(d >= value))
+        less = less[domain.contains(around[less])]
+        if len(less):
+            k = less[d[less].argmin()]  # the first one that has no spacing, if any
+            best, value = around[k], float(d[k] if d[k] > 0 else spacing(around[k : k + 1])[0])
         reach /= 2
         if reach < RESOLVED * value:
             break

@@ -242,3 +242,20 @@ def test_points_are_inside_whichever_axis_is_looked_along():
     assert turned._mirrored is None
     points = np.vstack([np.random.default_rng(0).uniform(-0.1, 2.1, (5000, 2)), domain.boundary.corners])
     assert np.array_equal(domain.contains(points), turned.contains(np.fliplr(points)))
+
+
+@pytest.mark.parametrize(
+    ("domain", "width"),
+    [
+        ("{outer: {rectangle: [0, 0, 3, 2]}}", 2.0),
+        ("{outer: {rectangle: [0, 0, 3, 2]}, lines: [{path: [[1, 1], [2, 1.25]]}]}", 0.75),
+        ("{outer: {rectangle: [0, 0, 3, 2]}, points: [{at: [0.5, 1], label: gauge}]}", 0.5),
+        ("{outer: {rectangle: [0, 0, 3, 2]}, holes: [{circle: {center: [1, 1], radius: 0.1}}]}", 0.0),
+    ],
+)
+def test_no_gap_is_below_the_least_width_which_is_not_known_beside_curves(domain, width):
+    walls = FacingWalls(domain_of(f"domain: {domain}"))
+    assert walls.least_width == pytest.approx(width)
+    piece, length = np.arange(len(walls.domain.boundary.kind)), walls.domain.boundary.lengths
+    ends = np.full(len(piece), 10.0)
+    assert (walls.facing(piece, length / 2, ends, ends / 1e3).widths >= width * (1 - 1e-9)).all()

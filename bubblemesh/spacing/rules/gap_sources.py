@@ -17,6 +17,7 @@ from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_TURN = np.pi / 8  # of a curve between places from which gaps are looked for
+NEARLY = 1 - 1e-9  # with room for rounding
 NARROW = 0.95  # spacings: what is wider is not narrow
 ROUNDINGS = 100  # of coordinates
 POOR = 0.6  # spacings: triangles across what is wider are good as they are
@@ -30,6 +31,14 @@ HALVINGS = 40
 def size_across(gaps: Gaps, spacing: Spacing) -> Floats:
     """Spacing (k,) at gaps, in the direction across them."""
     return spacing.towards(gaps.places, gaps.feet - gaps.places)
+
+
+def surely_wide(walls: FacingWalls, spacing: Spacing, times: float = 1.0) -> bool:
+    """Whether bounds of a spacing tell that no gap between walls is as narrow as so many ``times`` the spacing."""
+    if walls.least_width == 0:
+        return False
+    bounds = spacing.bounds_in(walls.domain.bounds)
+    return bounds is not None and bool(np.all((bounds.low > 0) & (times * bounds.high < NEARLY * walls.least_width)))
 
 
 class NarrowPlace(NamedTuple):
@@ -65,6 +74,8 @@ class GapSources:
         self, walls: FacingWalls, spacing: Spacing, cut: Callable[[Gaps, Floats, Floats, float], float]
     ) -> tuple[Sources, NarrowPlace | None]:
         """Sources of at least the size at which ``cut`` cuts off those that need too many nodes."""
+        if surely_wide(walls, spacing, self.across):
+            return Sources.none(), None
         domain, corner = walls.domain, walls.reentrant
         d = spacing(domain.boundary.corners[corner.corner])
         found, size = self._narrow(walls.facing_corners(corner, self.across * d), d)

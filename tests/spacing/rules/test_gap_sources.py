@@ -6,9 +6,12 @@ from partitions import domain_of, mesh_of
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.spacing.rules.gap_sources import GapSources
+from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.rules.gap_sources import GapSources, surely_wide
 from bubblemesh.spacing.rules.rules import Rules
+from bubblemesh.spacing.spacing import Spacing
 
 PLATE = "domain: {outer: {rectangle: [0, 0, 2, 1]}, "
 ALONG = np.linspace(0.6, 1.4, 41)
@@ -136,3 +139,17 @@ def test_narrow_parts_that_need_too_many_nodes_are_refused(domain):
     with pytest.raises(LimitError, match=r"limits.max_nodes: spacing.across .* only (0\.01|1e-05) wide: set"):
         Rules(across=100)(domain, uniform(0.5), 100_000)
     assert Rules(across=100, minimum=0.2)(domain, uniform(0.5), 100_000).spacing(np.array([[1, 0.005]])) > 0.19
+
+
+@pytest.mark.parametrize(
+    ("function", "times", "wide"),
+    [
+        (Expression.parse("0.3 + 0.1*x"), 1.0, True),
+        (Expression.parse("0.3 + 0.1*x"), 3.0, False),
+        (Expression.parse("0.1*x"), 1.0, False),  # zero at a wall, which the look for gaps refuses
+        (Expression.parse("mod(x, 2)/10 + 0.1"), 1.0, False),  # without bounds
+    ],
+)
+def test_a_strip_is_surely_wide_where_bounds_of_the_spacing_are_less(function, times, wide):
+    walls = FacingWalls(Domain.of(rings.rectangle(0, 0, 6, 1)))
+    assert surely_wide(walls, Spacing(function), times) is wide
