@@ -20,7 +20,7 @@ class Cycles(NamedTuple):
     calm: Booleans  # (n,): bubbles that are not displaced
 
     def after(self, done: int) -> "Cycles":
-        """The cycles but for the first ones."""
+        """The cycles without the first ``done`` ones."""
         return Cycles(self.seed, self.first + done, self.inside[done:], self.beside[done:], self.calm)
 
 
@@ -29,7 +29,7 @@ class Links(NamedTuple):
 
     triangles: Integers  # (t, 3)
     edges: Integers  # (m, 2)
-    twins: ShortIntegers | None  # (t, 3): as of `linking.Legal`, if they are known
+    twins: ShortIntegers | None  # (t, 3): as in `linking.Legal`; None if not known
     facets: Integers  # (b, 2): edges that stay
     start: Floats  # (n, 2): places of the bubbles when they were connected
 
@@ -52,7 +52,7 @@ class Annealed(NamedTuple):
 
 
 def annealed(compiled: Library, x: Floats, links: Links, acting: Acting, steps: Steps, cycles: Cycles) -> Annealed:
-    """Bubbles after cycles of annealing from x (n, 2), each with its steps: all of them, or those that flips do for."""
+    """Bubbles after cycles of annealing from x (n, 2), up to the first one whose bubbles flips cannot connect."""
     places, start = np.array(x, order="C"), np.array(links.start, order="C")
     speeds, done = np.empty((len(cycles.inside), len(steps.c))), np.empty(1, np.int64)
     triangles, edges, count = np.array(links.triangles, order="C"), *room_of_edges(links.triangles)

@@ -17,11 +17,11 @@ class Tensors(NamedTuple):
     """Tensors that ellipses keep through some cycles."""
 
     entries: Floats  # (n, 3)
-    roots: Floats  # (n, 3): as of `tensors.roots`
+    roots: Floats  # (n, 3): as in `tensors.roots`
 
 
 class Relaxing(NamedTuple):
-    """How ellipses are relaxed in each cycle, as of `ellipse_motion.relaxed`."""
+    """How ellipses are relaxed in each cycle: arguments of `ellipse_motion.relaxed`."""
 
     fixed: int  # the first ones, which stay
     steps: int
@@ -40,8 +40,8 @@ def annealed(
 ) -> tuple[Floats, Integers, Integers]:
     """Places (n, 2), triangles (t, 3) and edges (e, 2) of ellipses after cycles of annealing from x (n, 2).
 
-    Displacements are those of `Cycles` in the metric, as far as they invert no triangle; edges but for facets (f, 2)
-    are flipped after each.
+    Displacements are those of `Cycles` in the metric, shortened where they would invert a triangle. After each cycle
+    edges are flipped, but not the facets (f, 2).
     """
     places, result = np.array(x, order="C"), np.array(triangles, order="C")
     edges, count = room_of_edges(triangles)

@@ -32,7 +32,7 @@ def flipped(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tupl
 
 
 def flipped_in_numpy(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tuple[Integers, Integers]:
-    """Triangles and edges as of `flipped`, made in NumPy."""
+    """The same as `flipped`, in NumPy."""
     triangles, n, t = triangles.copy(), len(x), len(triangles)
     ends = np.concatenate([facets, facets[:, ::-1]])
     held = np.sort(ends[:, 0] * n + ends[:, 1])
@@ -61,7 +61,7 @@ def flipped_in_numpy(triangles: Integers, x: Floats, m: Floats, facets: Integers
 
 
 def _wrong(x: Floats, m: Floats, a: Integers, b: Integers, c: Integers, e: Integers) -> Booleans:
-    """Edges (k,) from a to b, between triangles (a, b, c) and (b, a, e), that have to be flipped."""
+    """Mask (k,) of the edges from a to b, between triangles (a, b, c) and (b, a, e), that have to be flipped."""
     root = roots(m[a] + m[b] + m[c] + m[e])
     (ax, ay), (bx, by), (cx, cy) = (mapped(root, x[nodes] - x[e]).T for nodes in (a, b, c))
     bc, ca, ab = bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx

@@ -19,7 +19,8 @@ MOST_MOVE = 0.5  # in a step
 def moved(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
     """Nodes (n, 2) after moves (n, 2) from x (n, 2) that invert no triangle (t, 3), and the shares (n,) of them made.
 
-    A triangle keeps a tenth of its area: if it would not, its nodes go half as far, and stay where that is in vain.
+    Each triangle keeps at least a tenth of its area: if it would not, the moves of its nodes are halved, `HALVINGS`
+    times at most, and then left out.
     """
     compiled = library()
     if compiled is None:
@@ -31,7 +32,7 @@ def moved(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]
 
 
 def moved_in_numpy(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
-    """Nodes and shares as of `moved`, made in NumPy."""
+    """The same as `moved`, in NumPy."""
     share, least = np.ones(len(x)), KEEP * _doubled_areas(x, triangles)
     for tries in range(MOST_TRIES):
         places = x + share[:, None] * move
@@ -69,7 +70,7 @@ def relaxed(
 def relaxed_in_numpy(
     x: Floats, m: Floats, triangles: Integers, edges: Integers, fixed: int, steps: int, dt: float, c: float
 ) -> tuple[Floats, Floats]:
-    """Nodes and speeds as of `relaxed`, made in NumPy."""
+    """The same as `relaxed`, in NumPy."""
     x, v, speeds, n, (i, j) = x.copy(), np.zeros_like(x), np.empty(steps), len(x), edges.T
     for step in range(steps):
         along = x[j] - x[i]

@@ -10,14 +10,14 @@ from bubblemesh.kernels.library import library
 from bubblemesh.kernels.tensors import mean_lengths
 
 FOUR_ROOTS = 6.9282032302755088  # 4 sqrt(3)
-BEND = 1.2  # of eta^4, from which on its sum lessens, and below which that of its square
-TRUST = 0.2  # from its place to a centroid: farther away its metric is not known
+BEND = 1.2  # eta^4 at which Huber's function goes over from the square to the linear part
+TRUST = 0.2  # farthest distance from a place to a centroid at which the metric of the place still holds
 DELTA = 0.01  # steps of differences
 MOST_SMOOTHED, TRIES = 0.3, 4  # length of a step, and how often it is halved
 
 
 class Metrics(NamedTuple):
-    """Metrics around places: roots, as of `roots`, that are linear from there."""
+    """Metrics around places: their roots (`tensors.roots`) change linearly with the distance from there."""
 
     places: Floats  # (k, 2)
     roots: Floats  # (k, 3)
@@ -42,18 +42,21 @@ class Metrics(NamedTuple):
 
 
 class Newton(NamedTuple):
-    """How nodes go, one group after the other, down a sum over triangles.
+    """Newton's method that moves nodes, one group after the other, so that a sum over triangles decreases.
 
-    It is that of Huber's function of eta^4, for the shape measure eta in the metric at the centroid, and of
-    weight * (l^2 + 1 / l^2 - 2) for each side, for the mean l of its lengths in the metrics of both ends. Each node
-    goes by Newton's method along its two axes, steps of length 1 as rows (ux, uy, vx, vy), as far as what is around
-    it gets better: no triangle is inverted. With a second axis of 0 it goes along the first one only.
+    The terms of the sum are
+
+    - for each triangle, Huber's function of eta^4, for the shape measure eta in the metric at the centroid,
+    - for each side, weight * (l^2 + 1 / l^2 - 2), for the mean l of its lengths in the metrics of both ends.
+
+    Each node moves along its two axes, and only as far as the terms around it decrease, so that no triangle is
+    inverted. An axis of 0 is left out.
     """
 
     triangles: Integers  # (t, 3)
     inside: Metrics  # around t places inside the triangles
     own: Metrics  # around n places of the nodes
-    axes: Floats  # (n, 4)
+    axes: Floats  # (n, 4): two steps of length 1 of each node, as rows (ux, uy, vx, vy)
     groups: Sequence[Integers]  # nodes (k,) of each, no two of which are in a triangle
     weight: float
 
@@ -70,7 +73,7 @@ class Newton(NamedTuple):
         return places
 
     def moved_in_numpy(self, x: Floats, sweeps: int) -> Floats:
-        """Places as of `moved`, made in NumPy."""
+        """The same as `moved`, in NumPy."""
         x = x.copy()
         touched = [np.flatnonzero(np.isin(self.triangles, group).any(axis=1)) for group in self.groups]
         around = [
@@ -114,7 +117,7 @@ def _improve(
 
 
 def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float) -> Floats:
-    """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `Newton` lessens, in the same metrics."""
+    """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `Newton` decreases, in the same metrics."""
     (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
     root, far = inside.at(np.column_stack([(ax + bx + ox) / 3, (ay + by + oy) / 3]))
     r11, r12, r22 = root.T

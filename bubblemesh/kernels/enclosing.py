@@ -1,4 +1,4 @@
-"""Triangles that closed rings enclose, as pythoncdt finds them: it is the twin, in several times the time."""
+"""Triangles that closed rings enclose: the twin is pythoncdt, which takes several times as long."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,8 @@ def enclosed(cells: NDArray[np.uint32], rings: Integers, n: int) -> Integers | N
     """Triangles (k, 3), among ``cells`` (t, 6), that an odd number of rings encloses, in the order of the cells.
 
     The cells are three nodes and the neighbours behind the sides from each node to the next; they cover ``n`` nodes and
-    three more, which are counted first, around them. The rings are sides (m, 2) between nodes. None where one is no
-    side of a cell, as it passes through a node, or no kernels are compiled.
+    three more, which are counted first, around them. The rings are sides (m, 2) between nodes. None if a side of a ring
+    is not one of a cell, since it passes through a node, or if no kernels are compiled.
     """
     compiled = library()
     if compiled is None:

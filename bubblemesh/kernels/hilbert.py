@@ -35,7 +35,7 @@ def hilbert_index(cells: Integers, bits: int) -> Integers:
 
 
 def hilbert_index_in_numpy(cells: Integers, bits: int) -> Integers:
-    """Positions (n,) of grid cells (n, 2) as of `hilbert_index`, made in NumPy."""
+    """The same as `hilbert_index`, in NumPy."""
     x, y = np.array(cells.T, np.int64, order="C")
     index = np.zeros(len(cells), np.int64)
     for bit in range(bits - 1, -1, -1):

@@ -49,7 +49,7 @@ Argument = Booleans | Floats | Integers | ShortIntegers | NDArray[np.uint32] | i
 
 
 class Library:
-    """Functions in C, each of which gives 0, or -1 where memory was short."""
+    """Functions in C, each of which returns 0, or -1 if memory was short."""
 
     def __init__(self, path: str) -> None:
         try:
@@ -63,8 +63,12 @@ class Library:
     def call(self, name: str, *arguments: Argument) -> None:
         """Call a function with contiguous arrays of the types that it takes, and numbers; other threads may run.
 
-        MemoryError where it has too little memory; TypeError or ValueError for arguments that it does not take, which
-        would have it read or write what is not theirs.
+        Raises
+        ------
+        MemoryError
+            If it has too little memory.
+        TypeError, ValueError
+            For arguments of other types or layouts, with which it would read or write outside of the arrays.
         """
         given = [take(argument) for take, argument in zip(_takers(name), arguments, strict=True)]
         if getattr(self._functions, name)(*given):
@@ -73,14 +77,14 @@ class Library:
 
 @cache
 def _takers(name: str) -> list[Callable[[Any], object]]:
-    """Functions from the arguments of a function to what C takes for them."""
+    """For each argument of a function in C, the function that converts it to what C takes."""
     return [NUMBERS.get(letter) or partial(_array, np.dtype(ARRAYS[letter])) for letter in SIGNATURES[name]]
 
 
 def _array(dtype: np.dtype[Any], argument: Any) -> object:
     if argument.dtype != dtype:
         raise TypeError(f"kernels take an array of {dtype} here (found {argument.dtype})")
-    # A view of the array takes an eighth of the time of its address, but has to be of one to write to.
+    # A view of the array takes an eighth of the time of its address, but the array must be writable.
     try:
         return _VIEW.from_buffer(argument)
     except TypeError:
@@ -93,7 +97,8 @@ def _array(dtype: np.dtype[Any], argument: Any) -> object:
 def library() -> Library | None:
     """The library, or None where kernels run in NumPy: no compiler built it, or the environment asks for that.
 
-    CaseError for a choice that there is not, FileError for a library that is missing, broken or of another version.
+    CaseError if the environment names an unknown engine, FileError if the library is missing, broken or of another
+    version.
     """
     choice = os.environ.get(CHOICE, "")
     if choice not in ("", COMPILED, NUMPY):

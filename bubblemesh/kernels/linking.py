@@ -9,7 +9,7 @@ from bubblemesh.kernels.library import library
 from bubblemesh.kernels.predicates import in_circle, turns
 
 UNCHANGED = 2  # outcome of the kernel
-MOST_PASSES = 100  # of flips: each is of many
+MOST_PASSES = 100  # each of many flips
 
 
 class Legal(NamedTuple):
@@ -17,8 +17,9 @@ class Legal(NamedTuple):
 
     triangles: Integers  # (t, 3)
     edges: Integers  # (m, 2)
-    twins: ShortIntegers  # (t, 3): of the side from each node to the next, that of the triangle across: its number in
-    # these three columns, -1 on the rim and on facets
+    # (t, 3): for the side from each node to the next, the number, in these three columns, of the same side of the
+    # triangle across; -1 on the rim and on facets
+    twins: ShortIntegers
 
 
 def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
@@ -35,7 +36,7 @@ def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
 
 
 def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
-    """Triangles (t, 3) and edges (m, 2) as of `in_order`, made in NumPy."""
+    """The same as `in_order`, in NumPy."""
     first = triangles.argmin(axis=1)
     a, b, c = (np.take_along_axis(triangles, (first[:, None] + k) % 3, axis=1)[:, 0] for k in range(3))
     order = np.argsort(a * n + b, kind="stable")
@@ -48,12 +49,24 @@ def legalised(
 ) -> Legal | None:
     """The constrained Delaunay triangulation of nodes x (n, 2), by flips from triangles (t, 3) between these nodes.
 
-    The facets (b, 2) stay, and the triangles lie on the same side of those at the rim. Each is a side of a triangle,
-    and the rim is of facets only, unless it ``is_open``. Where nodes would invert triangles they go to x step by step
-    from ``start`` (n, 2), with flips on the way. Where four nodes lie on a circle, as far as rounding tells, the edge
-    between them is the one that has the lowest. Triangles and edges come as from `in_order`; None where a triangle
-    might be flat or stays inverted, facets are not as they should be, or no kernels are compiled: triangulate anew.
-    What was ``known`` of these triangles and facets spares work, and comes back where there is no flip.
+    Where nodes would invert triangles, they go to x step by step from ``start`` (n, 2), with flips on the way. Where
+    four nodes lie on a circle, as far as rounding can show, the edge between them is the one with the lowest node.
+
+    Parameters
+    ----------
+    facets
+        Edges (b, 2) that stay; the triangles stay on their side of those at the rim. Each is a side of a triangle.
+    known
+        What an earlier call has returned for these triangles and facets, which saves work.
+    is_open
+        Whether the rim has edges that are not facets.
+
+    Returns
+    -------
+    Legal or None
+        Triangles and edges in the order of `in_order`; ``known`` if no edge was flipped. None, so that the caller has
+        to triangulate anew, if a triangle might be flat or stays inverted, if facets are not as said above, or if no
+        kernels are compiled.
 
     References
     ----------
@@ -74,10 +87,11 @@ def legalised(
 
 
 def without_ties(triangles: Integers, x: Floats, facets: Integers) -> tuple[Integers, Integers]:
-    """Triangles (t, 3) and edges (m, 2), as of `in_order`, of a constrained Delaunay triangulation of nodes x (n, 2).
+    """Triangles (t, 3) and edges (m, 2), in the order of `in_order`, of a Delaunay triangulation without ties.
 
-    Where four nodes lie on a circle, as far as rounding tells, it has either edge between them: it gets the one with
-    the lowest node, as `legalised` has it. The facets (b, 2) stay. Where a triangle might be flat it stays as it is.
+    The given triangles are a constrained Delaunay triangulation of nodes x (n, 2). Where four nodes lie on a circle, as
+    far as rounding can show, either edge between them is right: they get the one with the lowest node, as `legalised`
+    gives it. The facets (b, 2) stay, and so do triangles that might be flat.
     """
     if library() is None:
         return in_order_in_numpy(without_ties_in_numpy(triangles, x, facets), len(x))
@@ -86,13 +100,14 @@ def without_ties(triangles: Integers, x: Floats, facets: Integers) -> tuple[Inte
 
 
 def without_ties_in_numpy(triangles: Integers, x: Floats, facets: Integers) -> Integers:
-    """Triangles (t, 3) as of `without_ties`, made in NumPy, in no order."""
+    """Triangles (t, 3) of `without_ties`, in NumPy and in no order."""
     result, n, t = triangles.copy(), len(x), len(triangles)
     held = np.sort(_undirected(facets[:, 0], facets[:, 1], n))
     if not _turn_left(x, *result.T).all():
         return triangles
     for _ in range(MOST_PASSES):
-        # 1. Edges that are no facets, whose flip is in the circle, or rounding decides and it has the lowest node.
+        # 1. Edges, other than facets, to flip: their new edge is Delaunay, or there is a tie and it has the lowest
+        # node.
         keys = _sides(result, n)
         order = np.argsort(keys, kind="stable")
         keys = keys[order]
@@ -113,7 +128,7 @@ def without_ties_in_numpy(triangles: Integers, x: Floats, facets: Integers) -> I
         chosen = np.flatnonzero((inside > 0) | tied)
         if len(chosen) == 0:
             return result
-        # 2. Those are flipped that share no triangle with one before.
+        # 2. Of these, flip those that share no triangle with an earlier one.
         pairs, rank, first = np.column_stack([one, two])[chosen], np.arange(len(chosen)), np.full(t, len(chosen))
         np.minimum.at(first, pairs, rank[:, None])
         alone = (first[pairs] == rank[:, None]).all(axis=1)
@@ -123,7 +138,7 @@ def without_ties_in_numpy(triangles: Integers, x: Floats, facets: Integers) -> I
 
 
 def _sides(triangles: Integers, n: int) -> Integers:
-    """Keys (3 t,) of the sides of triangles (t, 3), those of one after the other, in whichever way they turn."""
+    """Keys (3 t,) of the sides of triangles (t, 3), the same for both directions of a side; triangle after triangle."""
     return _undirected(triangles, np.roll(triangles, -1, axis=1), n).ravel()
 
 

@@ -7,15 +7,16 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers, taken
 from bubblemesh.kernels.library import library
 
-# How far the bits of a number move to part, step by step, and where they are after each.
+# How far the bits of a number are shifted, step by step, to leave every second one free; and where they are then.
 SHIFTS = 16, 8, 4, 2, 1
 MASKS = 0x0000FFFF0000FFFF, 0x00FF00FF00FF00FF, 0x0F0F0F0F0F0F0F0F, 0x3333333333333333, 0x5555555555555555
 
 
 class Cells(NamedTuple):
-    """Square cells (n,) that tile a larger square, which has columns and rows of the smallest ones that there could be.
+    """Square cells (n,) of different sizes that tile a larger square.
 
-    Numbers in Morton's order take the bits of column and row in turn.
+    The square has columns and rows, as wide as the smallest cell that is possible. Numbers in Morton's order take the
+    bits of column and row in turn.
     """
 
     low: Floats  # (2,): lower left corner of the square
@@ -26,7 +27,7 @@ class Cells(NamedTuple):
     sides: Floats  # (n,)
 
     def keys_of(self, points: Floats) -> Integers:
-        """Numbers (m,) in Morton's order of the columns and rows of points (m, 2), at the rim for those beyond it."""
+        """Numbers (m,) in Morton's order of the columns and rows of points (m, 2), at the rim for those outside."""
         at = np.empty(points.shape, np.int64)
         for axis in range(2):
             at[:, axis] = np.clip((points[:, axis] - self.low[axis]) * (self.columns / self.size), 0, self.columns - 1)
@@ -63,8 +64,8 @@ def interleaved(column_row: Integers) -> Integers:
 def ranks(ascending: Integers, numbers: Integers, with_equal: bool = False) -> Integers:
     """How many of ``ascending`` numbers (n,) are below each of ``numbers`` (m,), or not above it ``with_equal``.
 
-    It is NumPy's ``searchsorted``, but each search begins where the last one ended, for numbers whose neighbours are
-    alike without being in order.
+    It does what NumPy's ``searchsorted`` does, but each search begins where the last one ended. That is faster for
+    numbers whose neighbours are similar, though not in order.
     """
     compiled = library()
     if compiled is None:
@@ -76,9 +77,10 @@ def ranks(ascending: Integers, numbers: Integers, with_equal: bool = False) -> I
 
 
 def interpolated(cells: Cells, vertices: Integers, values: Floats, points: Floats) -> Floats:
-    """Values (m,) at points (m, 2), bilinear between those (v,) of the ``vertices`` (n, 4) at the corners of cells.
+    """Values (m,) at points (m, 2), by bilinear interpolation in the cells that hold them.
 
-    They are infinite in cells whose first vertex is -1. A point beyond the square has the value at its rim.
+    The values (v,) are those at the ``vertices`` (n, 4), the corners of the cells. In cells whose first vertex is -1
+    the result is infinite. A point outside of the square has the value at its rim.
     """
     compiled = library()
     if compiled is None:
@@ -102,7 +104,7 @@ def interpolated(cells: Cells, vertices: Integers, values: Floats, points: Float
 
 
 def interpolated_in_numpy(cells: Cells, vertices: Integers, values: Floats, points: Floats) -> Floats:
-    """Values (m,) as of `interpolated`, made in NumPy."""
+    """The same as `interpolated`, in NumPy."""
     holding = np.searchsorted(cells.key, cells.keys_of(points), side="right") - 1
     found = np.flatnonzero(vertices[holding, 0] >= 0)
     result = np.full(len(points), np.inf)

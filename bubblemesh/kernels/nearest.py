@@ -9,10 +9,10 @@ from bubblemesh.kernels.library import Library
 
 
 class RunTree(NamedTuple):
-    """Runs of chords as the leaves of a binary tree, in which each box holds those of both its branches.
+    """Runs of chords as the leaves of a binary tree, in which each box encloses the boxes of its two branches.
 
-    Box 1 is the root's, boxes 2 k and 2 k + 1 are those of the branches of k, and the last half of them holds the
-    leaves. Where there are fewer runs than leaves, the boxes of the others are empty.
+    Box 1 is that of the root, boxes 2 k and 2 k + 1 are those of the branches of box k, and the second half of them
+    belongs to the leaves. If there are fewer runs than leaves, the boxes left over are empty.
     """
 
     boxes: Floats  # (2 * leaves, 4): low x and y, high x and y
@@ -23,7 +23,7 @@ class RunTree(NamedTuple):
 
     @classmethod
     def of(cls, points: Floats, rectangles: Floats, first: Integers, counts: Integers, margin: float) -> "RunTree":
-        """Tree of runs (r,), at least one, that are near to each other if they follow each other."""
+        """Tree of runs (r,), at least one, in an order in which neighbours are near to each other."""
         leaves = 1 << (len(points) - 1).bit_length()
         boxes = np.tile([np.inf, np.inf, -np.inf, -np.inf], (2 * leaves, 1))
         boxes[leaves : leaves + len(points), :2] = points.min(axis=1) - margin
@@ -38,9 +38,9 @@ class RunTree(NamedTuple):
 
 
 def nearest_chords(compiled: Library, tree: RunTree, points: Floats, slack: float) -> Integers:
-    """Number (m,) of the chord nearest to each of ``points`` (m, 2), of equally near ones the first.
+    """Number (m,) of the chord nearest to each of ``points`` (m, 2); the first of equally near ones.
 
-    Boxes are left out that are farther than ``slack`` times the squared distance of what was found.
+    The search skips boxes whose squared distance is more than ``slack`` times the least one until then.
     """
     found = np.empty(len(points), np.int64)
     runs, length = len(tree.points), tree.points.shape[2] - 1

@@ -5,11 +5,11 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.library import Library
 
-USUAL = 12  # pairs of a point, for which there is room at first
+USUAL = 12  # pairs of each point for which room is made at first
 
 
 def near_pairs(compiled: Library, x: Floats, d: Floats, reach: float) -> Integers:
-    """Pairs (m, 2) in order of points x (n, 2) nearer than ``reach`` times the mean of their spacings d (n,)."""
+    """Sorted pairs (m, 2) of points x (n, 2) that are nearer than ``reach`` times the mean of their spacings d (n,)."""
     count, room = np.zeros(1, np.int64), USUAL * len(x)
     places, spacings = np.ascontiguousarray(x, np.float64), np.ascontiguousarray(d, np.float64)
     while True:

@@ -9,10 +9,24 @@ from bubblemesh.kernels.library import Library
 def separate_patches(
     compiled: Library, edges: Integers, seeds: Integers, free: Booleans, inner: int, outer: int
 ) -> tuple[Booleans, Integers, int]:
-    """Patches of free nodes (n,) around some ``seeds``, which are triangles (k, 3), and how many these are.
+    """Separate patches of nodes around triangles; of two patches with an edge in between, the later one is dropped.
 
-    Nodes at most ``inner`` of the edges (m, 2) away are in a mask (n,), those at most ``outer`` away have the number of
-    their patch in (n,), others -1. Of two patches that have an edge in between there is the one whose seed comes first.
+    Parameters
+    ----------
+    edges
+        Edges (m, 2) between the nodes.
+    seeds
+        Triangles (k, 3) around which patches are made, the most important one first.
+    free
+        Mask (n,) of the nodes that may be in a patch.
+    inner, outer
+        Distances from the seed, in edges.
+
+    Returns
+    -------
+    tuple
+        Mask (n,) of the nodes within the inner distance of their seed; for each node within the outer one the number of
+        its patch, else -1 (n,); the number of patches.
     """
     near, patch, count = np.zeros(len(free), bool), np.full(len(free), -1), np.empty(1, np.int64)
     sizes = len(free), len(edges), np.ascontiguousarray(edges), len(seeds), np.ascontiguousarray(seeds)

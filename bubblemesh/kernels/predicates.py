@@ -1,4 +1,4 @@
-"""Signs of determinants of places, 0 where rounding could decide.
+"""Signs of determinants of places; 0 where rounding could change the sign.
 
 References
 ----------
@@ -11,12 +11,12 @@ import numpy as np
 from bubblemesh.arrays import Floats
 
 ROUNDING = 2.0**-53
-# Of the sums of the determinants' terms: a larger determinant has the sign of the exact one.
+# Bounds of the rounding error, as shares of the sum of the absolute terms: beyond them the sign is right.
 TURN_ERROR, CIRCLE_ERROR = (3 + 16 * ROUNDING) * ROUNDING, (10 + 96 * ROUNDING) * ROUNDING
 
 
 def turns(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Whether a, b and c (..., 2) turn left, 1, or right, -1, for sure; else 0."""
+    """1 if a, b and c (..., 2) surely turn left, -1 if they surely turn right, else 0."""
     (ux, uy), (vx, vy) = np.moveaxis(a - c, -1, 0), np.moveaxis(b - c, -1, 0)
     left, right = ux * vy, uy * vx
     turn = left - right
@@ -24,7 +24,7 @@ def turns(a: Floats, b: Floats, c: Floats) -> Floats:
 
 
 def in_circle(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
-    """Whether d is in the circle through a, b and c (..., 2) that turn left, 1, or outside, -1, for sure; else 0."""
+    """1 if d is surely inside the circle through a, b and c (..., 2), which turn left, -1 if surely outside, else 0."""
     (ax, ay), (bx, by), (cx, cy) = (np.moveaxis(place - d, -1, 0) for place in (a, b, c))
     bc, cb, ca, ac, ab, ba = bx * cy, cx * by, cx * ay, ax * cy, ax * by, bx * ay
     over_a, over_b, over_c = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy

@@ -16,14 +16,14 @@ class Pull(NamedTuple):
     pairs: Integers  # (m, 2)
     contact: Floats  # (m,): distance at which a pair is at rest
     strength: Floats  # (n,): factor of the force on each bubble
-    cutoff: float  # distance in terms of that, from which on a pair does not act
+    cutoff: float  # in units of the contact distance: pairs farther apart have no force
 
 
 class Steps(NamedTuple):
     """Symplectic Euler steps with implicit damping."""
 
-    fixed: int  # number of the first bubbles, which stay where they are
-    most: Floats  # (n,): no bubble goes farther in a step
+    fixed: int  # so many of the first bubbles stay where they are
+    most: Floats  # (n,): longest move of each bubble in a step
     dt: float
     c: Floats  # (steps,): viscosities
 

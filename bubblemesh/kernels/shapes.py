@@ -1,4 +1,4 @@
-"""Shapes of triangles, how moving nodes changes them and the lengths of edges, and steps that better these."""
+"""Shapes of triangles and lengths of edges: their gradients by the places of nodes, and steps that improve them."""
 
 from typing import NamedTuple
 
@@ -7,9 +7,9 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers, gathered
 from bubblemesh.kernels.library import library
 
-FLATTEST = 0.05  # area in units of d^2: what is flatter, or inverted, is pushed like that
+FLATTEST = 0.05  # area in units of d^2: flatter and inverted triangles are pushed as if they had this area
 SHORTEST = 1e-6  # spacings: bubbles nearer to each other have no direction to part in
-WORST = 1.5  # shape measure, beyond which its power grows no more
+WORST = 1.5  # shape measure beyond which the push grows no more
 
 
 class Descent(NamedTuple):
@@ -24,8 +24,8 @@ class Descent(NamedTuple):
     d: Floats  # (n,): spacing at the nodes; edges should have the mean length l0 of both ends
     scale: Floats  # (n,): factors of the gradient, 0 for nodes that stay
     most: Floats  # (n,): longest moves of a step
-    fixed: int  # number of nodes before those that slide
-    sliding: int  # number b of these
+    fixed: int  # number of the first nodes, which stay
+    sliding: int  # number b of those that follow, which slide
     weight: float  # of the sum over edges
     momentum: float
     step: float  # length of a step
@@ -44,7 +44,7 @@ class Descent(NamedTuple):
         return places
 
     def moved_in_numpy(self, x: Floats, tangents: Floats, steps: int) -> Floats:
-        """Places as of `moved`, made in NumPy."""
+        """The same as `moved`, in NumPy."""
         x, v, slide = x.copy(), np.zeros_like(x), slice(self.fixed, self.fixed + self.sliding)
         corners, ends = (rows[(self.scale[rows] != 0).any(axis=1)].T for rows in (self.triangles, self.edges))
         contact = (self.d[ends[0]] + self.d[ends[1]]) / 2
@@ -76,7 +76,7 @@ def eta(x: Floats, triangles: Integers) -> Floats:
 
 
 def eta_in_numpy(x: Floats, triangles: Integers) -> Floats:
-    """Shape measure (t,) as of `eta`, made in NumPy."""
+    """The same as `eta`, in NumPy."""
     a, b, c = np.moveaxis(gathered(x, triangles), 1, 0)
     u, w, z = b - a, c - a, c - b
     area = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / 2

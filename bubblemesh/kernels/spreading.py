@@ -1,4 +1,4 @@
-"""Values that spread over the cells of a quadtree, lowered until they nowhere grow faster than they may."""
+"""Values at the corners of a quadtree's cells, lowered until they grow nowhere faster than a given rate."""
 
 import numpy as np
 
@@ -13,8 +13,9 @@ OPPOSITE = np.array([3, 2, 1, 0])
 def spread(corners: Integers, rise: Floats, values: Floats, tolerance: float) -> Floats:
     """Values (v,) after they have spread through cells with vertices ``corners`` (n, 4).
 
-    Along a side of a cell they rise by ``rise`` (n,) at most. A value is passed on if it is lower by more than the
-    relative ``tolerance``; it may be infinite. Every sweep updates all cells around what the last one has lowered.
+    Along a side of a cell they rise by ``rise`` (n,) at most. A value may be infinite; it is passed on if it was
+    lowered by more than the relative ``tolerance``. Every sweep updates the cells around the values that the last one
+    lowered.
 
     References
     ----------
@@ -31,7 +32,7 @@ def spread(corners: Integers, rise: Floats, values: Floats, tolerance: float) ->
 
 
 def spread_in_numpy(corners: Integers, rise: Floats, values: Floats, kept: float) -> Floats:
-    """Values (v,) as of `spread`, made in NumPy; one below the share ``kept`` of the last is passed on."""
+    """The same as `spread`, in NumPy; a value below the share ``kept`` of its last one is passed on."""
     around = _cells_around(corners, len(values))
     result = values.copy()
     active = np.arange(len(corners))
@@ -43,14 +44,14 @@ def spread_in_numpy(corners: Integers, rise: Floats, values: Floats, kept: float
         if not lower.any():
             break
         np.minimum.at(result, mine[lower], after[lower])
-        near = np.zeros(len(corners) + 1, bool)  # the last stands for none
+        near = np.zeros(len(corners) + 1, bool)  # the last one takes the numbers -1
         near[around[mine[lower]]] = True
         active = np.flatnonzero(near[:-1])
     return result
 
 
 def _cells_around(corners: Integers, count: int) -> Integers:
-    """Cells (count, 4) that have each of so many vertices among their ``corners`` (n, 4); -1 stands for none."""
+    """Cells (count, 4) around each vertex, by the ``corners`` (n, 4) of all cells; -1 where there is no cell."""
     around = np.full((count, 4), -1)
     for place in range(4):  # no two cells have a vertex at the same corner
         around[corners[:, place], place] = np.arange(len(corners))
@@ -58,9 +59,10 @@ def _cells_around(corners: Integers, count: int) -> Integers:
 
 
 def _updated(values: Floats, rise: Floats) -> Floats:
-    """Values (k, 4) that the other corners of a square cell admit at each; ``rise`` (k, 1) is the growth along a side.
+    """Largest values (k, 4) at each corner of square cells that its other corners admit.
 
-    Each corner is reached across the two triangles between it, a corner beside it, and the opposite one.
+    The ``rise`` (k, 1) is the growth along a side. Each corner is reached across two triangles, each of which has it,
+    one corner beside it, and the opposite one.
     """
     with np.errstate(invalid="ignore"):
         beside, opposite = values[:, BESIDE], values[:, OPPOSITE][:, :, None]

@@ -14,8 +14,8 @@ def lengths(tensors: Floats, vectors: Floats) -> Floats:
 def mean_lengths(first: Floats, last: Floats) -> Floats:
     """Lengths (n,) of edges that are ``first`` (n,) and ``last`` (n,) long in the metrics of their two ends.
 
-    It is nearly the logarithmic mean, that of an edge whose metric changes geometrically from end to end: two thirds of
-    the geometric mean and a third of the plain one, which is more than that by less than 2 % up to a ratio of 15.
+    They are two thirds of the geometric mean and a third of the plain one. That is close to the logarithmic mean, the
+    length if the metric changes geometrically from end to end: larger by less than 2 % up to a ratio of 15.
     """
     return np.asarray((2 * np.sqrt(first * last) + (first + last) / 2) / 3)
 
@@ -32,13 +32,13 @@ def roots(tensors: Floats) -> Floats:
 
 
 def mapped(root: Floats, vectors: Floats) -> Floats:
-    """Products (n, 2) of roots (n, 3), as of `roots`, and vectors (n, 2)."""
+    """Products (n, 2) of matrices (n, 3), as in `roots`, and vectors (n, 2)."""
     (r11, r12, r22), (vx, vy) = root.T, vectors.T
     return np.column_stack([r11 * vx + r12 * vy, r22 * vy])
 
 
 def unmapped(root: Floats, vectors: Floats) -> Floats:
-    """Vectors (n, 2) of which roots (n, 3) make the given ones (n, 2)."""
+    """Vectors (n, 2) whose products with the matrices (n, 3), as in `roots`, are the given ones: `mapped` undone."""
     (r11, r12, r22), (vx, vy) = root.T, vectors.T
     y = vy / r22
     return np.column_stack([(vx - r12 * y) / r11, y])
