@@ -16,7 +16,7 @@ from bubblemesh.errors import Key, LimitError
 
 T = TypeVar("T")
 
-# What a run does in each stage, and what makes it do less.
+# What a run does in each stage, and what makes that take less time.
 STAGES = {
     "reading": ("reading the case", "make it shorter"),
     "geometry": ("reading and checking the geometry", "give its rings fewer points"),
@@ -30,7 +30,7 @@ STAGES = {
     "partition": ("dividing the mesh into parts", "coarsen the spacing"),
     "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
 }
-GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, after which a packing that is late is ended
+GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, that a late packing has to end by itself
 BEFORE_PACKING = (
     "reading",
     "geometry",
@@ -38,13 +38,13 @@ BEFORE_PACKING = (
     "spacing",
     "layers",
 )  # stages after which there is no mesh to end with
-SHORT_GRACE, SHORT_GRACE_SHARE = 0.1, 0.01  # for these, whose single calls may be long
-AGAIN = 1.0  # seconds until an exception that a library has swallowed is raised anew
-IMPORT_POLL = 0.02  # seconds until an import may be over
-LONGEST_WAIT = 3600.0  # seconds that a thread waits at once
+SHORT_GRACE, SHORT_GRACE_SHARE = 0.1, 0.01  # the same for these stages, whose single calls may be long
+AGAIN = 1.0  # seconds until `Late` is raised once more, as a library may have swallowed it
+IMPORT_POLL = 0.02  # seconds after which to look again whether an import is over
+LONGEST_WAIT = 3600.0  # seconds that a thread waits at a time
 MEGABYTE = 1e6
-MEMORY = Path("/proc/self/statm")  # of Linux: pages that the process holds, and those of its own that it may hold
-HELD, DATA = 1, 5  # their places there
+MEMORY = Path("/proc/self/statm")  # of Linux: memory of the process, in pages
+HELD, DATA = 1, 5  # positions in that file of the pages in memory, and of all pages for data
 
 
 class Late(BaseException):
@@ -52,7 +52,7 @@ class Late(BaseException):
 
 
 class Watchdog:
-    """A thread that ends a run, in the thread that makes the watchdog, some time after its time is up."""
+    """A thread that ends a run some time after its limit, by `Late` in the thread that has made the watchdog."""
 
     def __init__(self, begun: float, place: str) -> None:
         self.stage, self.limit = "reading", None  # type: str, float | None
@@ -65,7 +65,7 @@ class Watchdog:
         return inf if self.limit is None else self.limit - (perf_counter() - self._begun)
 
     def begin(self, limit: float | None) -> None:
-        """Watch from now on that the limit holds, if it is one; a LimitError if it is too late already."""
+        """Watch the limit from now on, unless it is None; LimitError if the time is up already."""
         if limit is None or self.limit is not None:
             return
         self.limit, self._armed = limit, True
@@ -74,19 +74,19 @@ class Watchdog:
         Thread(target=self._watch, name="bubblemesh-time-limit", daemon=True).start()
 
     def end(self) -> None:
-        """Watch no more: `Late` is not raised after this, even if it was on its way."""
+        """Stop watching: `Late` is not raised after this, even if it was on its way."""
         while self._armed:
             with suppress(Late):
                 with self._lock:  # the thread raises nothing while it is held
                     self._armed = False
-                # One that is on its way arrives here at the latest: Python looks for it when a loop begins anew.
-                # To take it back would leave Python looking for ever, with which its profiler hangs.
+                # A `Late` on its way arrives here at the latest: Python looks for it when a loop begins anew. To take
+                # it back would leave Python looking for ever, and its profiler would hang.
                 for _ in range(2):
                     _keep_from_standard_error()
         self._ended.set()
 
     def error(self) -> LimitError:
-        """The error of a run that was ended, with its stage and what to do."""
+        """Error of a run that was ended, with its stage and what to do."""
         doing, advice = STAGES[self.stage]
         problem = f"the time limit of {self.limit:g} s was over while {doing}: {advice}, or raise the limit"
         error = LimitError(f"{self._place}limits.seconds: {problem}")
@@ -94,7 +94,7 @@ class Watchdog:
         return error
 
     def _overdue(self) -> float:
-        """Seconds until the run is ended, as things stand: a packing that has begun in time is given more of them."""
+        """Seconds until the run is ended, in its present stage: a packing that has begun in time gets more."""
         short = self.stage in BEFORE_PACKING
         grace, share = (SHORT_GRACE, SHORT_GRACE_SHARE) if short else (GRACE, GRACE_SHARE)
         return self.left + max(grace, share * (self.limit or 0.0))
@@ -113,10 +113,10 @@ class Watchdog:
 
 
 class MemoryLimit:
-    """A limit on the memory that the process may hold, where the system has one; the least of several holds."""
+    """Limit on the memory of the process, on systems that can set one; of several limits the least one holds."""
 
     _lock = Lock()
-    _before: tuple[int, int] | None = None  # the system's limits without ours
+    _before: tuple[int, int] | None = None  # the system's limits before ours
     _active: "list[MemoryLimit]" = []  # noqa: RUF012 - of the whole process
 
     def __init__(self, megabytes: float | None, place: str) -> None:
@@ -124,7 +124,7 @@ class MemoryLimit:
         self._data = 0  # bytes that the process may have for data
 
     def begin(self) -> None:
-        """Limit the memory from now on; a LimitError if the process holds as much already."""
+        """Limit the memory from now on; LimitError if the process holds as much already."""
         if self.megabytes is None or not memory_can_be_limited():
             return
         import resource
@@ -133,7 +133,7 @@ class MemoryLimit:
         data, held = pages[DATA], pages[HELD]
         if held > self.megabytes * MEGABYTE:
             raise self._error(f"the program alone holds {held / MEGABYTE:.0f} MB: raise the limit")
-        # Data and not all that is mapped: each thread's heap is mapped at once, for arrays of others to come as well.
+        # The limit is on data, not on all that is mapped: the heap of each thread is mapped whole in advance.
         self._data = data + int(self.megabytes * MEGABYTE) - held
         with self._lock:
             if MemoryLimit._before is None:
@@ -142,14 +142,14 @@ class MemoryLimit:
             self._apply()
 
     def end(self) -> None:
-        """Limit the memory no more."""
+        """Lift the limit."""
         with self._lock:
             if self in self._active:
                 self._active.remove(self)
                 self._apply()
 
     def error(self, cause: BaseException) -> LimitError | None:
-        """The error of a run that this limit has ended by another error, if it has."""
+        """The LimitError of a run that was ended by ``cause``; None if the limit did not bring that about."""
         if self not in self._active or not _lacks_memory(cause):
             return None
         return self._error(f"more than the limit of {self.megabytes:g} MB is needed: coarsen the spacing or raise it")
@@ -172,12 +172,12 @@ class MemoryLimit:
 
 
 def memory_can_be_limited() -> bool:
-    """Whether the system can limit the memory of a process, and tells what it holds."""
+    """Whether the system can limit the memory of a process, and shows how much it holds."""
     return MEMORY.exists()
 
 
 def unlimited_memory(megabytes: float | None) -> list[str]:
-    """Warning of a limit on memory that does not hold on this system."""
+    """Warning about a limit on memory if this system cannot set it."""
     if megabytes is None or memory_can_be_limited():
         return []
     return ["limits.max_memory_mb: this system cannot limit the memory of a process: watch it, or run on Linux"]
@@ -187,11 +187,23 @@ _current = local()  # its ``watchdog`` is that of the run in the same thread
 
 
 def within(call: Callable[[], T], seconds: float | None, memory_mb: float | None, begun: float, place: str = "") -> T:
-    """Value of a call that may take so many ``seconds``, and so many megabytes of memory in this process.
+    """Value of a call with limits on its time and on the memory of this process.
 
-    None stands for no limit; the seconds count from ``begun``, a reading of ``perf_counter``. A call inside
-    of another one has the limits of that one. LimitError if a limit is met; its message begins with the ``place``, and
-    tells the stage and what to do.
+    Parameters
+    ----------
+    call
+        Function to call. A call inside of another one has the limits of the outer one.
+    seconds, memory_mb
+        Limits; None for no limit.
+    begun
+        Reading of ``perf_counter`` from which the seconds count.
+    place
+        What the message of an error begins with.
+
+    Raises
+    ------
+    LimitError
+        If a limit is exceeded; the message has the stage and what to do.
     """
     if _watchdog() is not None:
         return call()
@@ -205,7 +217,7 @@ def within(call: Callable[[], T], seconds: float | None, memory_mb: float | None
         finally:
             watchdog.end()
     except Late:
-        watchdog.end()  # it may have been raised before that was done
+        watchdog.end()  # once more, as `Late` may have come before the first call was done
         raise watchdog.error() from None
     except Exception as cause:
         error = memory.error(cause)
@@ -225,7 +237,7 @@ def enter(stage: str) -> None:
 
 
 def allow(seconds: float | None) -> None:
-    """Limit the time of the run in this thread, now that it is known; a limit that it has already stays."""
+    """Limit the time of the run in this thread as soon as the limit is known; an earlier limit stays."""
     watchdog = _watchdog()
     if watchdog is not None:
         watchdog.begin(seconds)
@@ -238,7 +250,10 @@ def time_left() -> float:
 
 
 def settle() -> None:
-    """Let the run in this thread end in its own time: what it does now must not stop half-way."""
+    """Lift the time limit for the rest of the run in this thread: what it does now must not stop half-way.
+
+    This is for the end of a run only, as nothing sets the limit again.
+    """
     watchdog = _watchdog()
     if watchdog is not None:
         watchdog.end()
@@ -246,7 +261,7 @@ def settle() -> None:
 
 @contextmanager
 def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
-    """Enter a stage, and add to its time what the block takes, but for other times that the block itself adds."""
+    """Enter a stage, and add the time of the block to it, without the times of stages within the block."""
     begun, others = perf_counter(), -sum(seconds.values())
     enter(stage)
     try:
@@ -267,7 +282,7 @@ def _raise_in(thread: int, exception: type[BaseException]) -> None:
 
 @cache
 def _keep_from_standard_error() -> None:
-    """Let Python be silent where it must ignore a `Late`, as in a destructor; it is raised anew."""
+    """Keep Python from printing a `Late` that it must ignore, as in a destructor; `Late` is raised again later."""
     tell = sys.unraisablehook
 
     def tell_others(ignored: "sys.UnraisableHookArgs") -> None:
@@ -278,7 +293,7 @@ def _keep_from_standard_error() -> None:
 
 
 def _importing(thread: int) -> bool:
-    """Whether a thread is loading a module, of which half would stay if an exception ended that."""
+    """Whether a thread is loading a module, which an exception would leave half loaded."""
     frame = sys._current_frames().get(thread)
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
@@ -288,7 +303,7 @@ def _importing(thread: int) -> bool:
 
 
 def _lacks_memory(error: BaseException) -> bool:
-    """Whether an error is about memory, as Python, the system, GEOS or the loader of libraries tells it."""
+    """Whether an error of Python, the system, GEOS or the loader of libraries is about memory."""
     return any(
         isinstance(one, MemoryError)
         or (isinstance(one, OSError) and one.errno == errno.ENOMEM)

@@ -1,4 +1,4 @@
-"""Memory that a run takes, the processor cores that it may use, and what spares a process work with its memory."""
+"""Memory that a run takes, processor cores that it may use, and settings that make memory cheaper to use."""
 
 import ctypes
 import gc
@@ -17,21 +17,21 @@ MANY_OBJECTS = 300_000
 
 
 def seldom_look_for_garbage() -> None:
-    """Let Python look for garbage seldom, and no more among what there is: for processes that are bubblemesh's own."""
+    """Let Python look for garbage seldom, and not among present objects; only for processes of bubblemesh itself."""
     gc.set_threshold(MANY_OBJECTS)
-    gc.freeze()  # files with very many sides would have all that is loaded looked through again and again
+    gc.freeze()  # else all loaded modules are looked through again and again while a file with many sides is read
 
 
-# Of glibc's mallopt: its numbers of two limits, and bytes. Memory beyond the first at the end of the heap goes back to
-# the system; arrays larger than the second (the most that it takes) never come from the heap.
+# Numbers of two parameters of glibc's mallopt, and their values in bytes. Free memory at the end of the heap goes back
+# to the system if it is more than the first; arrays larger than the second (at its greatest value) are not in the heap.
 TRIM_THRESHOLD, MMAP_THRESHOLD = (-1, 64 << 20), (-3, 32 << 20)
 
 
 def keep_freed_memory() -> None:
-    """Let the C library use memory again that arrays gave back: for processes that are bubblemesh's own.
+    """Let the C library keep the memory of arrays that are gone; only for processes of bubblemesh itself.
 
-    By default the system gets it, and clears it for the next array, which takes a tenth of the time of a large packing.
-    Other C libraries than glibc go on as they do.
+    By default the system gets it back, and clears it for the next array, which takes a tenth of the time of a large
+    packing. C libraries other than glibc stay as they are.
     """
     if sys.platform == "linux":
         with suppress(AttributeError):
@@ -41,9 +41,9 @@ def keep_freed_memory() -> None:
 
 
 def peak_memory_mb() -> float | None:
-    """Largest memory the process has held, in megabytes; None where the system does not tell."""
+    """Largest memory that the process has held, in megabytes; None if the system does not show it."""
     status = Path("/proc/self/status")
-    if status.exists():  # Linux, where the usage that it reports elsewhere begins with what the parent process held
+    if status.exists():  # Linux; its other figure, that of getrusage, begins with what the parent process held
         peak = re.search(r"^VmHWM:\s*(\d+) kB", status.read_text(), re.MULTILINE)
         if peak:
             return int(peak[1]) * 1024 / 1e6
@@ -56,7 +56,7 @@ def peak_memory_mb() -> float | None:
 
 
 def forget_peak_memory() -> None:
-    """Let the peak begin anew with what the process holds now, where the system can do that."""
+    """Reset the peak to what the process holds now, if the system can do that."""
     with suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
 
@@ -66,6 +66,6 @@ def available_cores() -> int:
     # Not on macOS and Windows.
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     with suppress(OSError, ValueError):
-        quota, period = map(int, QUOTA.read_text().split())  # "max" is no number
+        quota, period = map(int, QUOTA.read_text().split())  # "max" is not a number
         cores = min(cores, ceil(quota / period))
     return max(cores, 1)

@@ -1,6 +1,6 @@
 """What all threads of a process share: filters of warnings, and settings of libraries.
 
-One thread at a time changes them, else another one would put back what the first has set.
+One thread at a time changes them; otherwise a second one would reset what the first has set.
 """
 
 import warnings
@@ -14,7 +14,7 @@ ALONE = RLock()  # held by the thread that has changed what all share
 
 @contextmanager
 def warnings_are(action: Literal["ignore", "error"], message: str = "") -> Iterator[None]:
-    """Within the block, warnings whose texts begin as the pattern ``message`` are ignored, or errors."""
+    """Within the block, ignore warnings whose text matches the pattern ``message``, or turn them into errors."""
     with ALONE, warnings.catch_warnings():
         warnings.filterwarnings(action, message)
         yield
