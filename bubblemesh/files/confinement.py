@@ -1,4 +1,4 @@
-"""A folder below which alone files may be opened, as those of untrusted cases."""
+"""A folder outside of which no file may be opened, for untrusted cases."""
 
 import os
 from collections.abc import Iterator
@@ -15,9 +15,9 @@ _root: ContextVar[Path | None] = ContextVar("root", default=None)
 
 @contextmanager
 def confined_to(root: Path | None) -> Iterator[None]:
-    """Within the block, and its thread, files are opened below this folder only, wherever links lead; None is any.
+    """Within the block, and in its thread, open files below this folder only, wherever links lead.
 
-    ``root`` is a real path. Local copies may be anywhere.
+    ``root`` is a path without links, or None for no restriction. Local copies may be anywhere.
     """
     token = _root.set(root)
     try:
@@ -33,9 +33,10 @@ def is_confined() -> bool:
 
 @contextmanager
 def way_to(path: Path) -> Iterator[tuple[Path | str, int | None]]:
-    """Name of a file or of its local copy; if files are confined, its last part, and the number of its open folder.
+    """Path of a file, or of its local copy, and None; if files are confined, its last part and its open folder.
 
-    That folder is reached without links, which somebody may put in place of a folder at any moment.
+    The folder is given by its file descriptor. It is opened part by part without following links, since somebody may
+    replace a folder by a link at any moment.
     """
     root, copy = _root.get(), local_copy(path)
     if root is None or is_copy(copy):
@@ -46,7 +47,7 @@ def way_to(path: Path) -> Iterator[tuple[Path | str, int | None]]:
         raise CaseError(
             f"{path}: leads out of {root}: an untrusted case reads only from below its folder: copy it there"
         )
-    if os.open not in os.supports_dir_fd or real == root:  # Windows; a folder is no file
+    if os.open not in os.supports_dir_fd or real == root:  # Windows; or the folder itself, which is not a file
         yield real, None
         return
     *parts, name = real.relative_to(root).parts

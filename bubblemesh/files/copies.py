@@ -1,4 +1,4 @@
-"""Contents that are read in place of files on the disk, as on another machine."""
+"""Contents that are read in place of files on the disk, such as those sent to another machine."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -16,11 +16,20 @@ _refusals: ContextVar[Mapping[Path, BubblemeshError] | None] = ContextVar("refus
 
 @contextmanager
 def local_copies(contents: Mapping[str, bytes | BubblemeshError]) -> Iterator[None]:
-    """Within the block, and its thread, these contents are read in place of the files on the disk.
+    """Within the block, and in its thread, read these contents in place of the files on the disk.
 
-    They are given by the files' names as the case has them: a batch sends the files of a case along with it to a
-    machine whose disk is another one. Who opens a file with an error in place of its content gets that error.
-    FileError if there is no place for copies.
+    A batch sends the files of a case along with it to a machine that has another disk.
+
+    Parameters
+    ----------
+    contents
+        The content of each file, by its name as it is in the case. To open a file that has an error in place of its
+        content raises that error.
+
+    Raises
+    ------
+    FileError
+        If there is no place for the copies.
     """
     with ExitStack() as stack:
         try:
@@ -59,9 +68,9 @@ def has_copies() -> bool:
 
 
 def _written(contents: Mapping[str, bytes | BubblemeshError], folder: Path) -> dict[Path, Path]:
-    """A copy of each file; those of one folder and below it stay together, as some formats find files beside theirs.
+    """Write the files, and return the path of the copy of each; files with an error have a path only.
 
-    That of a file with an error is a name alone.
+    Files of one folder, or below it, stay together, as some formats read further files beside the first.
     """
     places: dict[Path, Path] = {}
     copies = {}
@@ -77,5 +86,5 @@ def _written(contents: Mapping[str, bytes | BubblemeshError], folder: Path) -> d
 
 
 def _is_below(folder: Path, top: Path) -> bool:
-    """Whether a folder is another one, or in it."""
+    """Whether a folder is ``top`` or inside of it."""
     return folder.is_relative_to(top) and ".." not in folder.relative_to(top).parts

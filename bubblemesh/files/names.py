@@ -5,9 +5,9 @@ from typing import Any
 
 from bubblemesh.errors import CaseError
 
-LONGEST_FILE_NAME = 255  # bytes, as usual file systems have it
+LONGEST_FILE_NAME = 255  # bytes, in most file systems
 LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
-MOST_NAME_BYTES = 253  # of such a name, that Gmsh reads
+MOST_NAME_BYTES = 253  # of such a name: Gmsh reads no more
 FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
 
 
@@ -23,7 +23,7 @@ def is_writable(name: str) -> bool:
 
 
 def require_name(name: Any, argument: str) -> str:
-    """The name that an argument gives; CaseError if it is no text that every mesh file can hold."""
+    """The given name; CaseError, with the name of the argument, if it is not a text that every mesh file can hold."""
     if not isinstance(name, str) or not is_writable(name):
         raise CaseError(f"{argument}: {name!r} is no name: use short texts without {FORBIDDEN}")
     return name

@@ -21,25 +21,34 @@ READ = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCT
 
 
 def opened(path: Path, what: str = "file", *, limited: bool = True) -> BufferedReader:
-    """Stream of a regular file's bytes, or of those of its local copy: the one way to what a user names.
+    """Stream of the bytes of a regular file or of its local copy; all files that users name are opened here.
 
-    A pipe or a device, of which reading may never end, is not waited for. FileError if the system does not give the
-    file, or it is no regular one; LimitError if it is ``limited`` and has more than `MOST_BYTES`; CaseError if it is
-    elsewhere than files may be (`confined_to`). What could not be copied has the error of that (`local_copies`).
+    Pipes and devices are refused without reading, which might never end.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be opened, or is not a regular one.
+    LimitError
+        If it is ``limited`` and has more than `MOST_BYTES`.
+    CaseError
+        If it is outside of the folder to which files are confined (`confined_to`).
+    BubblemeshError
+        The error that `local_copies` has for the file in place of a content.
     """
     if refusal := refusal_of(path):
         raise refusal
     try:
         with way_to(path) as (name, folder):
             follow = folder is None
-            # To open some devices is to use them.
+            # Looked at before, as opening some devices makes them do something.
             _require_regular(os.stat(name, dir_fd=folder, follow_symlinks=follow), what, limited)
             number = os.open(name, READ if follow else READ | os.O_NOFOLLOW, dir_fd=folder)
     except (OSError, ValueError) as error:
         raise unreadable(error, what) from None
     stream = os.fdopen(number, "rb")
     try:
-        _require_regular(os.fstat(number), what, limited)  # it may be another one by now
+        _require_regular(os.fstat(number), what, limited)  # once more, as it may have been replaced
     except BaseException:
         stream.close()
         raise
@@ -60,7 +69,7 @@ def _too_large(what: str, size: str = "") -> LimitError:
 
 
 def read_bytes(path: Path, what: str = "file") -> bytes:
-    """All bytes of a file; errors as of `opened` and `content_of`."""
+    """All bytes of a file; the same errors as `opened` and `content_of`."""
     with opened(path, what) as stream:
         return content_of(stream, what)
 
@@ -69,32 +78,32 @@ def content_of(stream: BinaryIO, what: str = "file") -> bytes:
     """All bytes of a stream; FileError if they cannot be read, LimitError if there are more than `MOST_BYTES`."""
     content = BytesIO()
     try:
-        # A stream sets aside as much memory as it is asked to read, however little there is.
+        # Read in blocks: a stream reserves as much memory as it is asked to read, however little there is to read.
         while block := stream.read(BLOCK):
             content.write(block)
             if content.tell() > MOST_BYTES:
                 raise _too_large(what)
     except OSError as error:
         raise unreadable(error, what) from None
-    if block is None:  # a file of the system whose bytes are yet to come
+    if block is None:  # no bytes yet, as of some files of the system
         raise unreadable(f"it is {NO_FILE}", what)
     return content.getvalue()
 
 
 def read_text(path: Path) -> str:
-    """Text of a UTF-8 file; errors as of `read_bytes`, CaseError if its bytes are not UTF-8."""
+    """Text of a UTF-8 file; the same errors as `read_bytes`, and CaseError if its bytes are not UTF-8."""
     return _decoded(read_bytes(path), "line ")
 
 
 def case_text(stream: BinaryIO, source: str) -> str:
-    """Text of a case; messages name its ``source``; errors as of `content_of`, CaseError if it is not UTF-8."""
+    """Text of a case; CaseError, which names its ``source``, if it is not UTF-8; the same errors as `content_of`."""
     with prefixed(source):
         content = content_of(stream, "case file")
     return _decoded(content, f"{source}:")
 
 
 def _decoded(content: bytes, place: str) -> str:
-    """Text of UTF-8 bytes; ``place`` stands before the number of a line that is none."""
+    """Text of UTF-8 bytes; CaseError with ``place`` and the number of the line that is not UTF-8."""
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -104,7 +113,7 @@ def _decoded(content: bytes, place: str) -> str:
 
 
 def require_readable(path: Path) -> None:
-    """Check that a library can open a file; errors are those of `opened`."""
+    """Check that a library can open a file; the same errors as `opened`."""
     opened(path).close()
 
 
@@ -112,21 +121,21 @@ def beside(path: Path, endings: Collection[str]) -> list[Path]:
     """Files in the folder of a file that differ from it by one of the endings alone, in small or capital letters."""
     try:
         others = sorted(path.parent.glob(f"{escape(path.stem)}.*")) if endings else []
-    except OSError:  # the folder cannot be looked into, which who opens the file itself will be told
+    except OSError:  # the folder cannot be read: opening the file itself will raise the error
         return []
     return [other for other in others if other.suffix.lower() in endings and other.stem == path.stem]
 
 
 def sync(path: Path) -> None:
-    """Bring a file, or the names in a folder, to the disk, as far as the system can; OSError if that fails."""
+    """Make sure that a file, or the list of names in a folder, is on the disk, if the system can; else OSError."""
     is_folder = path.is_dir()
-    if is_folder and os.name == "nt":  # which has no way to do that
+    if is_folder and os.name == "nt":  # Windows has no way to do that
         return
     number = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)
     try:
         os.fsync(number)
     except OSError as error:
-        if not is_folder or error.errno != errno.EINVAL:  # of file systems that keep their folders by themselves
+        if not is_folder or error.errno != errno.EINVAL:  # EINVAL: a file system that syncs folders by itself
             raise
     finally:
         os.close(number)

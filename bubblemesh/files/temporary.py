@@ -13,16 +13,24 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
-OWNER = ".bubblemesh-owner"  # file in a temporary folder whose lock its process holds
-FOLDER = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_DIRECTORY", "O_NOFOLLOW"))  # how a folder is opened
+OWNER = ".bubblemesh-owner"  # file in a temporary folder, locked by the process that has made it
+FOLDER = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_DIRECTORY", "O_NOFOLLOW"))  # flags to open a folder
 
 
 @contextmanager
 def temporary_folder(parent: Path | None = None, prefix: str = "bubblemesh-", *, tidy: bool = True) -> Iterator[Path]:
-    """Folder that is removed when the block ends; to ``tidy``, those of killed processes with this prefix go first.
+    """Folder that is removed when the block ends; OSError if it cannot be made.
 
-    It is made in ``parent``, or where the system keeps temporary files. The lock of a file in it, named `OWNER`, tells
-    that its process lives: the system gives that up however a process ends. OSError if the folder cannot be made.
+    A file in it, named `OWNER`, is locked as long as its process lives: the system frees the lock however that ends.
+
+    Parameters
+    ----------
+    parent
+        Folder in which it is made; by default the one that the system has for temporary files.
+    prefix
+        Beginning of its name.
+    tidy
+        Whether to remove, before, the folders with this prefix that killed processes have left.
     """
     parent = parent or Path(gettempdir())
     if tidy:
@@ -33,7 +41,7 @@ def temporary_folder(parent: Path | None = None, prefix: str = "bubblemesh-", *,
 
 @contextmanager
 def _owned(folder: Path) -> Iterator[None]:
-    """Hold the lock of a folder's file, which has its name only when it is locked; nothing on systems without locks."""
+    """Lock a file of a folder, which gets its name when it is locked; do nothing on systems without locks."""
     if fcntl is None:
         yield
         return
@@ -42,17 +50,17 @@ def _owned(folder: Path) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             unlocked.rename(folder / OWNER)
-        except OSError:  # a file system without locks: what is left over there stays
+        except OSError:  # a file system without locks: folders of killed processes stay there
             unlocked.unlink()
         yield
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[bool]:
-    """Hold the lock of a folder that stays, which the system gives up however a process ends.
+    """Lock a permanent folder within the block; the system frees the lock however the process ends.
 
-    It is False if another process, or another block, holds it; where there are no locks it is True for all. OSError if
-    there is no such folder.
+    The value is False if another process, or another block, holds the lock, and always True where there are no locks.
+    OSError if there is no such folder.
     """
     if fcntl is None:
         yield True
@@ -65,7 +73,7 @@ def locked(folder: Path) -> Iterator[bool]:
 
 
 def _is_mine(number: int) -> bool:
-    """Whether the lock of an open file is, or now becomes, that of this opening."""
+    """Try to lock an open file; whether this opening of it holds the lock now."""
     try:
         fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -76,8 +84,8 @@ def _is_mine(number: int) -> bool:
 
 
 def _remove_abandoned(parent: Path, prefix: str) -> None:
-    """Remove the temporary folders that nobody owns any more."""
+    """Remove the temporary folders whose processes have ended."""
     for owner in parent.glob(f"{escape(prefix)}*/{OWNER}") if fcntl is not None else ():
-        with suppress(OSError), owner.open("r+") as file:  # of another user, or removed by its own process meanwhile
+        with suppress(OSError), owner.open("r+") as file:  # error: of another user, or just removed by its own process
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             shutil.rmtree(owner.parent, ignore_errors=True)
