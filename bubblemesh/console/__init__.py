@@ -1,4 +1,4 @@
-"""The terminal and what its displays share; all goes to the error stream, which leaves the output to data."""
+"""The terminal, and what its displays share. All is printed on the error stream; the standard output is for data."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Self
@@ -13,9 +13,9 @@ from bubblemesh.messages import printable
 
 
 class Terminal(Console):
-    """A console to which only its own styles speak: what steers a terminal in a text is shown as an escape.
+    """A console with styles of its own only: control characters in a text are shown as escapes.
 
-    It is ``busy`` while it prints: an exception then would leave it silent.
+    It is ``busy`` while it prints: an exception at that time would leave it silent.
     """
 
     busy = False
@@ -38,33 +38,33 @@ terminal = Terminal(stderr=True, highlight=False, soft_wrap=True)
 
 
 def warn(messages: Sequence[str]) -> None:
-    """Tell of compromises that the user should know of."""
+    """Print warnings."""
     for message in messages:
         _print_after("warning: ", "yellow", message)
 
 
 def fail(message: str) -> None:
-    """Tell why the command ends without what it was asked for."""
+    """Print the error that ends a command."""
     _print_after("error: ", "bold red", message)
 
 
 def _print_after(kind: str, style: str, message: str) -> None:
-    # Further lines are set in: a line break in a file's name makes no message of its own.
+    # Further lines are indented, so that a line break in a file's name does not look like a new message.
     terminal.print(Text.assemble((kind, style), message.replace("\n", "\n  ")))
 
 
 def tell(text: str) -> None:
-    """Show lines as they are."""
+    """Print lines as they are."""
     terminal.print(Text(text))
 
 
 def new_table(**options: Any) -> Table:
-    """A table without columns and frame, as all tables of the terminal begin."""
+    """A table without columns and frame, in the common style of the terminal."""
     return Table(box=None, header_style="bold", pad_edge=False, **options)
 
 
 class Display:
-    """A picture that is drawn anew while something runs inside of it; only on a terminal, and not if it is quiet.
+    """Lines that are drawn again and again while the block runs; only on a terminal, and not if it is quiet.
 
     ``heed`` is called as the work goes on, and may end it by an exception. The options are those of `rich.live.Live`,
     which asks for the first picture at once.

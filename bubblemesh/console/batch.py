@@ -44,7 +44,7 @@ class BatchProgress(console.Display, BatchListener):
         self.bar.update(self.task, total=len(entries))
 
     def note(self, number: int, finished_rounds: int, nodes: int) -> None:
-        if number not in self.over:  # a note may be late
+        if number not in self.over:  # a note may come after the end of its case
             *_, since = self.running.get(number, (monotonic(),))
             self.running[number] = finished_rounds, nodes, since
 
@@ -58,10 +58,11 @@ class BatchProgress(console.Display, BatchListener):
         console.warn([message])
 
     def finish(self, number: int, row: Row, *, unchanged: bool = False) -> None:
+        """Count a case that has its row, and print its error, or its figures and warnings."""
         self.over.add(number)
         self.running.pop(number, None)
         self.bar.advance(self.task)
-        # What missed a requirement before counts as that again: the exit code does.
+        # An unchanged case that missed a requirement counts as such again, as in the exit code.
         self.counts["unchanged" if unchanged and row.exit_code == DONE else outcome(row.exit_code)] += 1
         if row.error is not None:
             console.fail(f"{self._count} {_named(row)}")
@@ -99,12 +100,12 @@ class BatchProgress(console.Display, BatchListener):
 
 
 def _named(row: Row) -> str:
-    """The error of a case, which begins with the file that it comes from; a sweep's cases share theirs."""
+    """Error of a case, which begins with the name of its file; all cases of a sweep have the same file."""
     return f"{row.case}: {row.error}" if row.sweep or not f"{row.error}".startswith(row.source) else f"{row.error}"
 
 
 class PreviewLines:
-    """Tells of cases that are checked only, a line for each; faults of the same text are told of once."""
+    """Prints a line for each case of a batch that is only checked; equal errors are printed once."""
 
     def __init__(self, count: int, quiet: bool) -> None:
         self.count = count
@@ -113,7 +114,7 @@ class PreviewLines:
         self.shown = 0
 
     def show(self, preview: Preview) -> None:
-        """Tell of the next case."""
+        """Print the next case."""
         self.shown += 1
         number = f"[{self.shown}/{self.count}]"
         row, figures = preview.row, preview.figures
@@ -132,7 +133,7 @@ class PreviewLines:
                 console.warn([f"{row.case}: {warning}"])
 
     def end(self, totals: Mapping[str, Any]) -> None:
-        """Tell of all cases together."""
+        """Print the sums of all cases."""
         repeated = sum(self.told.values()) - len(self.told)
         if self.quiet:
             return

@@ -13,8 +13,8 @@ from bubblemesh.messages import coordinate, counted, duration, place, run_second
 
 MOST_REPAIRS = 20  # that a table shows
 MOST_NAMES = 20  # of labels or files
-FAR_BEYOND = 10  # times the height of the last layer, that triangles beside it are at one place
-CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # and what they make the spacing finer than
+FAR_BEYOND = 10  # height of a triangle beside the last layer, in heights of that, from which on it is printed
+CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # what each change makes the spacing finer than
 TITLES = {"quality": "q", "spacing": "edges l/d"}
 BAR = 22  # characters, at most
 BESIDE_BARS = 32  # characters of a line
@@ -22,7 +22,7 @@ EIGHTHS = " ▏▎▍▌▋▊▉█"  # of a character
 
 
 def show_estimate(figures: Mapping[str, Any]) -> None:
-    """Show an estimate, whose figures tell what a case asks for, before any packing."""
+    """Print the figures of an estimate: what a case asks for, before any packing."""
     x0, y0, x1, y1 = figures["bounds"]
     size = max(x1 - x0, y1 - y0)
     x, y = ([coordinate(end, size) for end in ends] for ends in ((x0, x1), (y0, y1)))
@@ -46,7 +46,7 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
 
 
 def _longest(figures: Mapping[str, Any]) -> str:
-    """Line on the ellipses of a metric, of whose area the spacing tells."""
+    """Line on the ellipses of a metric; the spacing gives only their area."""
     return f"ellipses of the area of such circles, up to {figures['aspect']:.3g} times as long as wide"
 
 
@@ -73,7 +73,7 @@ def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def show_repairs(rows: Sequence[Mapping[str, Any]], size: float) -> None:
-    """A table of the changes of rings: what was changed, where, and by how much the area."""
+    """Print a table of the changes of rings: what was changed, where, and by how much the area changed."""
     table = console.new_table()
     table.add_column("repair")
     table.add_column("at", no_wrap=True)
@@ -97,13 +97,13 @@ def _extremes(spacing: Mapping[str, Any], size: float) -> str:
 
 
 def _change(figures: Mapping[str, Any], than: str, size: float) -> str:
-    """Line on how much finer the spacing became than something."""
+    """Line on how much finer the spacing became, and than what."""
     where = "" if figures["ratio_at"] is None else f" at {place(figures['ratio_at'], size)}"
     return f"finer than {than} on {figures['share']:.1%} of the area, at most {figures['ratio']:.3g} times{where}"
 
 
 def show_quality(figures: Mapping[str, Any]) -> None:
-    """Show the quality of a mesh; ``figures`` are those of a report, with or without spacing and time."""
+    """Print the quality of a mesh; ``figures`` are those of a report, with or without spacing and time."""
     quality = figures["quality"]
     ideal = None if "layers" in figures else figures.get("ideal_nodes")
     x0, y0, x1, y1 = figures["bounds"]
@@ -137,7 +137,7 @@ def show_quality(figures: Mapping[str, Any]) -> None:
 
 
 def _metric(figures: Mapping[str, Any], size: float) -> str:
-    """Lines on how well a mesh keeps to the metric, in which its quality and edge lengths are."""
+    """Lines on how well a mesh fits its metric; quality and edge lengths are those in the metric."""
     line = (
         f"ellipses up to {figures['aspect']:.3g} times as long as wide, {figures['edges_within']:.1%} of the edges in "
         "[0.71, 1.41]"
@@ -153,7 +153,7 @@ def _metric(figures: Mapping[str, Any], size: float) -> str:
 
 
 def _asked_for(figures: Mapping[str, Any]) -> dict[str, str]:
-    """Rows on what only some cases ask for."""
+    """Rows for features that only some cases use."""
     rows = dict[str, str]()
     if "crs" in figures:
         rows["crs"] = _plane(figures["crs"])
@@ -178,7 +178,7 @@ def _asked_for(figures: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _refinement(figures: Mapping[str, Any]) -> str:
-    """Line on the nodes that demands on triangles took, and what was reached."""
+    """Line on the nodes added for demands on triangles, and on what was reached."""
     corners = len(figures["excused"])
     but = f", but for {counted(corners, 'sharper corner')}" if corners else ""
     least = f", least angle {figures['least_angle']:.1f} degrees{but}" if figures["angle_min"] else ""
@@ -200,7 +200,7 @@ def _partition(figures: Mapping[str, Any]) -> str:
 
 
 def _water(figures: Mapping[str, Any]) -> str:
-    """Line on depths, and on what models of tides ask of a mesh."""
+    """Line on depths, and on the figures that models of tides need."""
     least, largest = figures["depth"]
     step = "all dry"
     if figures["time_step"] is not None:
@@ -222,7 +222,7 @@ def _plane(figures: Mapping[str, Any]) -> str:
 
 
 def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:
-    """Rows on the error of a solution before and after, as far as it is known."""
+    """Rows on the error of a solution before and after, if known."""
     true = ""
     if figures.get("effectivity") is not None:
         true = f", {figures['effectivity']:.3f} times the true one of {figures['true_error']:.4g}"
@@ -236,7 +236,7 @@ def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:
 
 
 def show_files(folder: str, files: Sequence[str]) -> None:
-    """Show which files were written."""
+    """Print which files were written."""
     _show({"files": _named(files) + ("" if folder in (".", "") else f" in {folder}")})
 
 
@@ -250,7 +250,7 @@ def show_comparison(
     rows: Iterable[tuple[str, str, str, str]],
     histograms: Mapping[str, Sequence[Histogram | None]],
 ) -> None:
-    """Two meshes side by side: their figures and differences, and histograms as bars of text."""
+    """Print two meshes side by side: their figures and differences, and histograms as bars of text."""
     for letter, name in zip("AB", names, strict=True):
         console.terminal.print(Text.assemble((f"{letter:11}", "bold"), name))
     table = console.new_table()

@@ -1,4 +1,4 @@
-"""A packing on the terminal: a table that grows by a line for each round, and how far it is; plain lines elsewhere."""
+"""A packing on the terminal: a table with a line for each round, and its progress; plain lines elsewhere."""
 
 from collections.abc import Callable
 from math import inf
@@ -27,13 +27,13 @@ COLUMNS = {  # width, and how a round fills it
     "mean speed": (10, "{0.mean_speed:.2e}"),
     "time": (8, "{0.seconds:.2f} s"),
 }
-DISPENSABLE = ("mean speed", "inserted", "deleted")  # where a terminal is narrow, the first of them first
+DISPENSABLE = ("mean speed", "inserted", "deleted")  # left out, in this order, if the terminal is narrow
 REDRAWN, RETOLD = 0.2, 10.0  # seconds between two estimates, on a terminal and elsewhere
-TOLD_FROM = 0.02  # share of the packing before which its speed is not known
+TOLD_FROM = 0.02  # share of the packing after which its speed is known well enough
 
 
 class PackingProgress(console.Display):
-    """Shows each round as it ends, what share of the packing is done, and about how long the rest takes."""
+    """Shows each round as it ends, the share of the packing that is done, and an estimate of the time left."""
 
     def __init__(self, title: str, quiet: bool, heed: Callable[[], None] = lambda: None) -> None:
         self.rows: list[tuple[str, ...]] = []
@@ -53,10 +53,10 @@ class PackingProgress(console.Display):
                 console.terminal.print(Text(" ".join(padded)))
 
     def advance(self, share: float) -> None:
-        """Tell what share of the packing is done, and about how long the rest takes."""
+        """Show what share of the packing is done, and an estimate of the time left."""
         self.heed()
         now = monotonic()
-        if share <= self.first[1]:  # it begins, or begins anew; what was before is no packing
+        if share <= self.first[1]:  # it begins, or begins anew: the time before was not spent on packing
             self.first = now, share
         if self.quiet or now - self.told < (REDRAWN if self.live is not None else RETOLD):
             return
@@ -76,7 +76,7 @@ class PackingProgress(console.Display):
         return f", about {duration(max(float(f'{left:.2g}'), 1))} left"
 
     def picture(self) -> Group:
-        """The latest rounds above the line that tells how far the packing is; at the end all rounds."""
+        """The latest rounds above a line with the progress; at the end all rounds."""
         most = len(self.rows) if self.ended else max(console.terminal.height - 3, 1)
         parts = [self._table(most)] if self.rows else []
         return Group(*parts) if self.ended else Group(*parts, self.spinner)
@@ -92,7 +92,7 @@ class PackingProgress(console.Display):
 
 
 def _fitting(width: int) -> list[str]:
-    """The columns that a terminal of some width has room for."""
+    """The columns for which a terminal of this width has room."""
     names = list(COLUMNS)
     for name in DISPENSABLE:
         if sum(COLUMNS[kept][0] + 1 for kept in names) - 1 > width:
