@@ -1,1 +1,1 @@
-"""Processes that are called for work, here or on a cluster: cases of a batch, parts of a mesh."""
+"""Worker processes, on this machine or on a cluster, for the cases of a batch and the parts of a mesh."""

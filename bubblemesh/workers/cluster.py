@@ -22,16 +22,17 @@ PATIENCE = 5.0  # seconds that the scheduler has for its first answer
 SILENCE = 30.0  # seconds that it has later, when there may be much else to do
 REFRESH = 5.0  # seconds after which the number of workers is asked for again
 SOON = 1.0  # the same while there are no workers
-# Asked of each worker before it gets a case. Nothing of the package is in the question itself: a worker that cannot
-# unpack what it is sent ends, and takes the batch's cases with it one worker after the other.
+# Asked of each worker before it gets a case. The question uses nothing of the package: a worker that cannot unpickle
+# what it gets dies, and so would, one after the other, all workers that get the same case.
 VERSION = "__import__('bubblemesh.batch.worker').__version__"
 
 
 @contextmanager
 def cluster_workers(address: str) -> Iterator[Workers]:
-    """Workers of the scheduler at ``tcp://host:port``; what is not finished when the block ends is cancelled.
+    """Workers of the scheduler at ``tcp://host:port``; unfinished jobs are cancelled when the block ends.
 
-    FileError if the extra is missing, or the scheduler does not answer; later, that is one of `Workers.capacity`.
+    FileError if the extra is missing, or the scheduler does not answer; if it stops answering later, `Workers.capacity`
+    raises that error.
     """
     client = _connected(address)
     executor = client.get_executor(pure=False)
@@ -45,9 +46,9 @@ def cluster_workers(address: str) -> Iterator[Workers]:
 
 
 class ClusterWorkers(Workers):
-    """Workers that have been asked which version of bubblemesh they have, and get cases only if it is that of here.
+    """Workers of a cluster; only those with the same version of bubblemesh as here get jobs.
 
-    Who they are is asked for again and again, by which one knows whether their scheduler is still there.
+    The scheduler is asked for its workers again and again, which also shows whether it is still there.
     """
 
     def __init__(self, address: str, client: Any, executor: Any) -> None:
@@ -61,18 +62,18 @@ class ClusterWorkers(Workers):
         )
         self._gone = (ClosedClientError, OSError, CancelledError)
         self._address, self._client, self._executor = address, client, executor
-        self._threads: dict[str, int] | None = None  # of each worker by its address, as last told
+        self._threads: dict[str, int] | None = None  # of each worker by its address, by the scheduler's last answer
         self._questions: dict[str, Future[str]] = {}  # for the version, to workers that have not answered
-        self._problems: dict[str, str] = {}  # of the workers that have; empty if they are fit to mesh
-        self._fit: Mapping[str, int] = {}  # threads of the workers that are
+        self._problems: dict[str, str] = {}  # of the workers that have answered; empty if they are fit to mesh
+        self._fit: Mapping[str, int] = {}  # threads of the workers that are fit
         self._refused: list[str] = []
         self._given: dict[Future[Any], frozenset[str]] = {}  # workers that each unfinished job is for
-        self._call: Future[str] | None = None  # for somebody to come: a cluster may start workers when there is work
+        self._call: Future[str] | None = None  # a first job: a cluster may start workers only when there is work
         client.subscribe_topic(topic, lambda event: self.notes.put(tuple(event[1])))
         self._ask()
 
     def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
-        """Call a function in a worker that is fit for it; in any one, if none is known yet."""
+        """Call a function in a worker that is fit for it; in any worker, if no fit one is known yet."""
         future = self._submitted(function, *arguments, to=self._fit)
         if self._fit:
             self._given[future] = frozenset(self._fit)
@@ -113,13 +114,13 @@ class ClusterWorkers(Workers):
         if isinstance(error, KilledWorker):
             times = error.allowed_failures + 1
             return LimitError.exit_code, f"{times} workers in turn ended over it, perhaps for want of memory"
-        cause = error.__cause__ or error  # Dask wraps what went wrong when a worker unpacked the job
+        cause = error.__cause__ or error  # Dask wraps errors that come when a worker unpickles the job
         advice = f"is bubblemesh {__version__} installed there, with the same Python?"
         return FileError.exit_code, f"no worker could take it: {type(cause).__name__}: {cause}: {advice}"
 
     def _ask(self) -> None:
         self._asked = monotonic()
-        question = self._client.scheduler.ncores()  # not by `nthreads`, which waits for ever
+        question = self._client.scheduler.ncores()  # not `nthreads`, which waits for ever
         self._answer: Future[dict[str, int]] = asyncio.run_coroutine_threadsafe(
             question, self._client.loop.asyncio_loop
         )
@@ -132,7 +133,7 @@ class ClusterWorkers(Workers):
             raise FileError(self.lost) from None
 
     def _meet(self, threads: Mapping[str, int]) -> None:
-        """Ask who has come for the version, forget who has left, and recall the jobs of the latter."""
+        """Ask new workers for their version, forget those that have left, and recall the jobs of the latter."""
         for address in self._questions.keys() - threads.keys():
             self._questions.pop(address).cancel()
         for address in threads.keys() - self._questions.keys() - self._problems.keys():
@@ -152,12 +153,13 @@ class ClusterWorkers(Workers):
 
 
 def require_address(address: str) -> None:
-    """Check that an address may be a scheduler's; a CaseError if not."""
+    """Check that an address may be that of a scheduler; CaseError if not."""
     if not ADDRESS.fullmatch(address):
         raise CaseError(f"--cluster {address}: must be the address of a Dask scheduler, such as tcp://host:8786")
 
 
 def _connected(address: str) -> Any:
+    """Client of the scheduler at an address; FileError if Dask is missing or no scheduler answers."""
     try:
         import distributed
     except ModuleNotFoundError as error:
@@ -165,10 +167,10 @@ def _connected(address: str) -> Any:
             f'{(error.name or "").partition(".")[0]} is needed for --cluster: pip install "bubblemesh[cluster]"'
         ) from None
     for name in [*logging.root.manager.loggerDict]:
-        if name.startswith(("distributed", "tornado")):  # what they say about lost connections comes in our words
+        if name.startswith(("distributed", "tornado")):  # their messages on lost connections: ours follow
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
-        # First a question on its own: a client that meets silence or nonsense waits for ever, or ends in disorder.
+        # First a plain question: a client waits for ever, or ends in disorder, if the answer is missing or not Dask's.
         kind = asyncio.run(asyncio.wait_for(_kind(address), PATIENCE))
         if kind != "Scheduler":
             raise FileError(f"--cluster {address}: a Dask {kind.lower()} answers: give the address of the scheduler")
@@ -185,7 +187,7 @@ def _connected(address: str) -> Any:
 
 
 async def _kind(address: str) -> str:
-    """Kind of the Dask process that answers."""
+    """Kind of the Dask process that answers at the address."""
     import distributed
 
     dask: Any = distributed
@@ -195,7 +197,7 @@ async def _kind(address: str) -> str:
 
 
 def _problem(address: str, question: Future[str]) -> str:
-    """Why the worker at an address gets no cases, by its answer to the question for its version; empty if it does."""
+    """Why the worker at an address gets no cases, by its answer to the question for its version; else empty."""
     error = question.exception()
     if error is not None:
         found = f"cannot load bubblemesh ({type(error).__name__}: {error})"

@@ -9,19 +9,28 @@ from bubblemesh.workers.hire import Hire
 from bubblemesh.workers.supervision import Ended, failure, supervised
 from bubblemesh.workers.workers import Workers, travelling
 
-if TYPE_CHECKING:  # or workers could not start before all that packs is loaded here, too
+if TYPE_CHECKING:  # else the modules that pack would be loaded here before workers start
     from bubblemesh.parts.work import Crew, Job
 
 T = TypeVar("T")
-MANY = 1 << 30  # workers: whoever hires them knows how many there can be
+MANY = 1 << 30  # workers, for no limit: `Hire` knows how many there can be
 
 
 @contextmanager
 def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None, most: int = MANY) -> Iterator["Crew"]:
-    """Crew of workers, ``most`` of them or fewer, that end with the block.
+    """Crew of workers that end with the block.
 
-    They are hired at once if a module is named that has what they will call, and load it meanwhile; else for the first
-    job.
+    Parameters
+    ----------
+    hire
+        Starts workers.
+    warn
+        Called with warnings on workers.
+    ahead
+        Name of a module with the functions to call: workers are then started, and load it, at once; by default they
+        are started for the first job.
+    most
+        The largest number of workers.
     """
     with ExitStack() as stack:
         hired: list[Workers] = []
@@ -40,10 +49,18 @@ def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None, m
 def called(
     workers: Workers, function: Callable[..., T], jobs: Iterable["Job"], warn: Callable[[str], None]
 ) -> Iterator[tuple[int, T]]:
-    """Results of a function for all jobs, as they come; a job whose worker dies is given to another one.
+    """Results of a function for all jobs, as they come, with the numbers of the jobs.
 
-    What the function raises is raised here; LimitError or another for a job that takes a worker with it each time,
-    FileError if the workers are out of reach.
+    A job whose worker dies is given to another one.
+
+    Raises
+    ------
+    FileError
+        If the workers are out of reach.
+    BubblemeshError
+        For a job whose worker dies each time: LimitError if that was for want of memory.
+    Exception
+        What the function raises.
     """
     all_ended = supervised(
         workers,
@@ -68,14 +85,14 @@ class Answer(NamedTuple, Generic[T]):
     error: Exception | None
 
     def get(self) -> T:
-        """The value; or the error is raised."""
+        """The value; raises the error if there is one."""
         if self.error is not None:
             raise self.error
         return cast(T, self.value)
 
 
 def answer(function: Callable[..., T], *arguments: object) -> Answer[T]:
-    """Answer of a function, in whatever process: else its errors could not be told from those of the workers."""
+    """Answer of a function: its errors are values, so that they differ from errors of the workers."""
     try:
         return Answer(function(*arguments), None)
     except Exception as error:
@@ -83,7 +100,7 @@ def answer(function: Callable[..., T], *arguments: object) -> Answer[T]:
 
 
 def _as_ours(ended: Ended[Any, Any], workers: Workers) -> BaseException:
-    """Error of the package for a problem of the workers."""
+    """Error to raise for a job that has a problem: of the package if it is one of the workers."""
     if isinstance(ended.problem, BubblemeshError):
         return ended.problem
     code, words = failure(ended, workers)

@@ -1,4 +1,4 @@
-"""Whose workers are asked: processes of this machine, or those of a cluster."""
+"""The choice of workers: processes of this machine, or those of a cluster."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -12,7 +12,7 @@ Hire = Callable[[int], AbstractContextManager[Workers]]
 
 
 def workers_at(jobs: int | None, cluster: str | None) -> Hire:
-    """Function that gives workers for a number of jobs: so many local processes, or those of a cluster.
+    """Function that starts workers for a number of jobs: so many local processes, or those of a cluster.
 
     CaseError if both are given, or the cluster's address is not one.
     """

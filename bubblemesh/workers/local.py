@@ -30,7 +30,7 @@ PROGRAM = "import sys; sys.path[:] = sys.argv[2:]; from bubblemesh.workers.local
 
 @contextmanager
 def local_workers(count: int) -> Iterator[Workers]:
-    """Start processes with one thread of NumPy each; they end with the block, at once if by an exception."""
+    """Processes with one thread of NumPy each; they end with the block, at once if that ends by an exception."""
     with temporary_folder() as staging:
         workers = LocalWorkers(count, str(staging))
         try:
@@ -44,10 +44,10 @@ def local_workers(count: int) -> Iterator[Workers]:
 
 
 class WorkerProcess(Popen[bytes]):
-    """Process that takes calls by its standard input and answers by its standard output.
+    """Process that reads calls from its standard input and writes answers to its standard output.
 
-    All that it needs to start is in its arguments: should the batch be killed before it listens, nothing is missing
-    of which Python would complain.
+    All that it needs to start is in its arguments, so that Python has no error to print if the batch is killed before
+    the process reads anything.
     """
 
     stdin: IO[bytes]
@@ -66,7 +66,7 @@ class WorkerProcess(Popen[bytes]):
 
 
 class LocalWorkers(Workers):
-    """Several processes: one that dies takes no case with it but its own, and is replaced."""
+    """Several processes; one that dies is replaced, and only its own job is affected."""
 
     lost = "the workers have been stopped"
 
@@ -88,7 +88,7 @@ class LocalWorkers(Workers):
         return self._threads.submit(self._call, function, arguments)
 
     def load(self, module: str) -> None:
-        at_once = max(available_cores() - 1, 1)  # one core is left to the process that is here
+        at_once = max(available_cores() - 1, 1)  # one core is left to this process
         for first in range(min(at_once, self._count)):
             self._threads.submit(self._load, module, len(range(first, self._count, at_once)))
 
@@ -118,18 +118,19 @@ class LocalWorkers(Workers):
             process.end()
 
     def _load(self, module: str, times: int) -> None:
-        """Let processes load a module, one after the other: the one that is idle longest is the next."""
+        """Let processes load a module, one after the other, beginning with the one that is idle longest."""
         for _ in range(times):
             self._call(load, (module,))
 
     def _call(self, function: Callable[..., T], arguments: tuple[object, ...]) -> T:
+        """Value of a call in an idle process; WorkerDied if that ends, else the errors of the function."""
         process = self._idle.get()
         try:
             _send(process.stdin, (function, arguments))
             while (answer := pickle.loads(_received(process.stdout)))[0] == "note":
                 self.notes.put(answer[1])
         except (EOFError, OSError, MemoryError) as error:
-            if isinstance(error, MemoryError):  # the rest of the answer would come with the next one
+            if isinstance(error, MemoryError):  # the unread rest of the answer would be taken for the next one
                 process.kill()
             died = self._death(process)
             process = self._start(process)
@@ -166,7 +167,7 @@ class LocalWorkers(Workers):
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Let processes that start in the block never see Ctrl-C, which goes to all processes of a terminal."""
+    """Keep Ctrl-C, which goes to all processes of a terminal, from processes that start within the block."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
@@ -183,27 +184,27 @@ def _send(stream: IO[bytes], value: object) -> None:
 
 
 def _send_pickled(stream: IO[bytes], content: bytes) -> None:
-    """Write a message behind its length: should it not be understood, the next one still is."""
+    """Write a message after its length, so that the next one can be read even if this one cannot be unpickled."""
     stream.write(len(content).to_bytes(8))
     stream.write(content)
     stream.flush()
 
 
 def _received(stream: IO[bytes]) -> bytes:
-    """The next message of `_send`, pickled; EOFError if no whole one comes."""
+    """The next message of `_send`, still pickled; EOFError if the stream ends before."""
     content = stream.read(int.from_bytes(head := stream.read(8)))
     if len(head) < 8 or len(content) < int.from_bytes(head):
         raise EOFError
     return content
 
 
-# In the worker process
+# Functions of the worker process
 
 to_parent: list[IO[bytes]] = []  # the stream of answers
 
 
 def serve(staging: str) -> None:
-    """Answer calls until the batch ends; temporary files go to a folder of it."""
+    """Answer calls until the parent process ends; temporary files go to its folder ``staging``."""
     seldom_look_for_garbage()
     keep_freed_memory()
     stream, calls = _taken(0, "rb"), SimpleQueue[bytes]()
@@ -211,7 +212,7 @@ def serve(staging: str) -> None:
     tempfile.tempdir = staging
     listener = Thread(target=_listen, args=(stream, calls, staging), daemon=True)
     listener.start()
-    with suppress(OSError):  # nobody takes answers any more
+    with suppress(OSError):  # error: nobody reads answers any more
         while True:
             _send_pickled(to_parent[0], _answer(calls.get()))
     listener.join()
@@ -223,7 +224,7 @@ def load(module: str) -> None:
 
 
 def _answer(call: bytes) -> bytes:
-    """Answer to a call, pickled: what cannot be is an error like others."""
+    """Answer to a call, pickled; an answer that cannot be pickled becomes an error."""
     try:
         function, arguments = pickle.loads(call)
         return pickle.dumps(("value", function(*arguments)))
@@ -232,7 +233,7 @@ def _answer(call: bytes) -> bytes:
 
 
 def _taken(descriptor: int, mode: str) -> IO[bytes]:
-    """Standard stream for this module alone: what others print is no answer."""
+    """A standard stream for this module alone: what other modules read from or write to it is dropped."""
     stream = os.fdopen(os.dup(descriptor), mode)
     _silence(descriptor)
     return stream
@@ -245,15 +246,15 @@ def _silence(descriptor: int) -> None:
 
 
 def _listen(stream: IO[bytes], calls: "SimpleQueue[bytes]", staging: str) -> None:
-    """Pass calls on; end the process when the batch has ended, even if by a crash: then nobody else tidies up."""
+    """Pass calls on; when the parent has ended, even by a crash, remove temporary files and end the process."""
     try:
         while True:
             calls.put(_received(stream))
     except (EOFError, OSError):
-        _silence(2)  # what breaks now is nobody's concern
+        _silence(2)  # nobody reads errors any more
         shutil.rmtree(staging, ignore_errors=True)
     finally:
-        os._exit(1)  # if out of memory, this process is replaced
+        os._exit(1)  # the parent replaces this process, if it was out of memory
 
 
 def tell_parent(note: Note) -> None:

@@ -1,4 +1,4 @@
-"""Jobs go to workers as these have room, and once more where one has died or left: for batches and for parts."""
+"""Jobs are given to workers as these have room, and again if a worker has died or left; for batches and parts."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -13,13 +13,13 @@ T = TypeVar("T")
 
 
 class Ended(NamedTuple, Generic[J, T]):
-    """A job that has a result, or a problem that no other attempt is to solve."""
+    """A job that has a result, or a problem that no further attempt would solve."""
 
     job: J
     future: Future[T]
     problem: BaseException | None
-    times: int  # that it was given to a worker which did not leave before it began
-    attempts: int  # the same, or those that are known of otherwise if these are more
+    times: int  # how often it was given to a worker, without workers that left before they began it
+    attempts: int  # the same, or the number that ``tried`` returns if that is larger
 
 
 def supervised(
@@ -32,12 +32,31 @@ def supervised(
     on_look: Callable[[], None] = lambda: None,
     tried: Callable[[J], int] = lambda job: 0,
 ) -> Iterator[Ended[J, T]]:
-    """Keep workers busy with jobs, which are asked for as they are needed, and give each as it ends.
+    """Keep workers busy with jobs, and yield each job as it ends.
 
-    A job whose worker dies is submitted once more, `ATTEMPTS` times in all, and more often where its workers leave.
-    Warnings are that there are no workers, and that one is left out; there is a look every `TICK` seconds or more
-    often. ``tried`` tells how many attempts are known of otherwise: a cluster tries again by itself. FileError if the
-    workers are out of reach.
+    A job whose worker dies is submitted again, `ATTEMPTS` times in all; if its workers leave, `RECALLS` times.
+
+    Parameters
+    ----------
+    workers
+        Those that do the jobs.
+    jobs
+        The jobs; the next one is taken when a worker has room for it.
+    submit
+        Submits a job and returns its future.
+    on_wait
+        Called with a warning that there are no workers.
+    on_refuse
+        Called with a warning on a worker that is left out.
+    on_look
+        Called every `TICK` seconds, or more often.
+    tried
+        Returns how many attempts of a job are known from elsewhere, as a cluster tries again by itself.
+
+    Raises
+    ------
+    FileError
+        If the workers are out of reach.
     """
     left, exhausted, again = enumerate(jobs), False, list[tuple[int, J]]()
     running = dict[Future[T], tuple[int, J]]()
@@ -74,7 +93,7 @@ def supervised(
 
 
 def failure(ended: Ended[J, T], workers: Workers) -> tuple[int, str]:
-    """Exit code and words for a job that has a problem."""
+    """Exit code and text of the error for a job that has a problem."""
     assert ended.problem is not None
     code, words = workers.failure(ended.problem)
     return code, f"{words} (in each of {ended.times} attempts)" if ended.times > 1 else words

@@ -1,4 +1,4 @@
-"""Protocol of workers, whoever they are: they call functions, tell how far they are, and may die or leave."""
+"""Protocol of workers, here or on a cluster: they call functions, report progress, and may die or leave."""
 
 import pickle
 from abc import ABC, abstractmethod
@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from bubblemesh.errors import BubblemeshError, FileError, LimitError
 
 T = TypeVar("T")
-Note = tuple[int, int, int]  # number of a case that is at work, its finished rounds, and the nodes then (first 0 and 0)
+Note = tuple[int, int, int]  # number of a running case, its finished rounds, and its nodes (at first 0 and 0)
 Tell = Callable[[Note], None]
 
 ATTEMPTS = 3  # of a job whose worker process dies
@@ -19,11 +19,11 @@ TICK = 0.2  # seconds between looks at the notes of running jobs
 
 
 class WorkerDied(BrokenExecutor):
-    """A worker process has ended without being asked to; the arguments are an exit code and words, as of `failure`."""
+    """A worker process has ended unasked; the arguments are an exit code and a text, as `failure` returns them."""
 
 
 def travelling(error: Exception) -> Exception:
-    """An error as it is if it can be pickled and comes back, else one of the package that tells its type and text."""
+    """The error itself if it survives pickling, else one of the package with its type and text."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:
@@ -38,11 +38,11 @@ class Workers(ABC):
     """Worker processes.
 
     If they are out of reach, futures are cancelled, or `submit` or `capacity` raise a FileError. Futures that are
-    ``recalled`` are cancelled since the workers that they were for have left, which costs no attempt by itself.
+    ``recalled`` were cancelled because their workers have left; that does not count as an attempt.
     """
 
-    tell: Tell  # run in a worker, it brings a note to the queue here
-    lost: str  # words of the FileError
+    tell: Tell  # called in a worker, it sends a note to the queue here
+    lost: str  # text of the FileError
 
     def __init__(self) -> None:
         self.notes: SimpleQueue[Note] = SimpleQueue()
@@ -50,32 +50,32 @@ class Workers(ABC):
 
     @abstractmethod
     def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
-        """Call a function in a worker; a `WorkerDied` of the future costs another attempt."""
+        """Call a function in a worker; if the future raises `WorkerDied`, the caller tries again."""
 
     @abstractmethod
     def capacity(self) -> int:
-        """Number of jobs to have submitted, so that no worker has to wait."""
+        """Number of jobs that should be submitted at any time, so that no worker has to wait."""
 
     @abstractmethod
     def failure(self, error: BaseException) -> tuple[int, str]:
-        """Exit code and words for a job that could not be run, from the exception of its future."""
+        """Exit code and text of the error for a job that could not be run, from the exception of its future."""
 
-    def load(self, module: str) -> None:  # noqa: B027 - workers that are there already need not
-        """Let workers that are starting load a module, before they are asked to call what is in it."""
+    def load(self, module: str) -> None:  # noqa: B027 - workers that run already need not
+        """Let starting workers load a module before the first call of a function in it."""
 
     def missing(self) -> str | None:
         """Warning while there are no workers; else None."""
         return None
 
     def refused(self) -> list[str]:
-        """Warnings of the workers that have been left out since the last call."""
+        """Warnings on the workers that have been left out since the last call."""
         return []
 
 
 def wait_for_any(running: Collection[Future[T]]) -> list[Future[T]]:
-    """Futures that have ended, after a wait for one that is `TICK` seconds at most.
+    """Futures that have ended, after a wait of at most `TICK` seconds for one of them.
 
-    A future that was cancelled here has ended even if nobody has taken note of it, for which `wait` would wait.
+    Futures cancelled in this process count as ended at once, though `wait` would still wait for them.
     """
     wait(running, TICK, FIRST_COMPLETED)
     return [future for future in running if future.done()]
