@@ -17,9 +17,23 @@ STEM, ENDING = "convergence", ".svg"
 
 
 def write_convergence(rows: Sequence[Row], folder: Path, path: Path, warn: Callable[[str], None]) -> None:
-    """Draw the histories beside the meshes of rows, whose folders are seen from ``folder``; none where there are none.
+    """Draw the histories beside the meshes of rows; without histories, no picture is written.
 
-    A history that is damaged or gone is left out, and told by ``warn``. FileError if the picture cannot be written.
+    Parameters
+    ----------
+    rows
+        Rows of a summary.
+    folder
+        Folder to which the folders in the rows are relative.
+    path
+        File of the picture.
+    warn
+        Called with a warning on each history that is damaged or missing, and left out.
+
+    Raises
+    ------
+    FileError
+        If the picture cannot be written.
     """
     from bubblemesh.pictures.convergence import Course, draw_convergence
 
@@ -38,7 +52,7 @@ def write_convergence(rows: Sequence[Row], folder: Path, path: Path, warn: Calla
 
 
 def _columns(content: bytes, *names: str) -> Floats:
-    """Columns (k, n) of a table by their names; a ValueError, a KeyError or a TypeError if it is none."""
+    """Columns (k, n) of a table by their names; ValueError, KeyError or TypeError if it is not such a table."""
     lines = list(csv.DictReader(StringIO(content.decode())))
     if not lines:
         raise ValueError("no rows")

@@ -1,4 +1,4 @@
-"""Cases go to workers, wherever these are, and come back."""
+"""Cases are given to workers, here or on a cluster, and their outcomes come back."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -15,29 +15,29 @@ from bubblemesh.workers.workers import Workers
 
 
 class BatchListener:
-    """Hears how a batch goes on; here nobody listens."""
+    """Listener to the progress of a batch; the methods of this class do nothing."""
 
     def begin(self, entries: list[Entry], unchanged: int, summary: Path) -> None:
-        """Hear of all cases of the batch, how many of them are done already, and the file of the summary."""
+        """The batch begins: all of its cases, the number of those that are done already, the file of the summary."""
 
     def note(self, number: int, finished_rounds: int, nodes: int) -> None:
-        """Hear how far a running case is; 0 nodes before the first round."""
+        """A running case has finished a round; it has 0 nodes before the first one."""
 
     def wait(self, message: str) -> None:
-        """Hear why there are no workers now."""
+        """There are no workers now; the message says why."""
 
     def refuse(self, message: str) -> None:
-        """Hear that a worker is left out, and why."""
+        """A worker is left out; the message says why."""
 
     def warn(self, message: str) -> None:
-        """Hear what the picture that compares the cases lacks."""
+        """Something is missing in the picture that compares the cases; the message says what."""
 
     def finish(self, number: int, row: Row, *, unchanged: bool = False) -> None:
-        """Hear that a case has its row; ``unchanged`` if an earlier batch had done it."""
+        """A case has its row; ``unchanged`` if an earlier batch had done it."""
 
 
 def dispatch(entries: Iterable[Entry], workers: Workers, listener: BatchListener) -> Iterator[tuple[Entry, Outcome]]:
-    """Keep the workers busy, and give the outcome of each case as it ends; FileError if they are out of reach."""
+    """Keep the workers busy, and yield the outcome of each case as it ends; FileError if they are out of reach."""
     begun = Counter[int]()  # how often a worker has begun each case
 
     def look() -> None:
@@ -65,7 +65,7 @@ def dispatch(entries: Iterable[Entry], workers: Workers, listener: BatchListener
 
 
 def _submitted(workers: Workers, job: BatchJob | Row) -> Future[Outcome]:
-    """The outcome of a case that a worker meshes, or of one that has its row without that."""
+    """Future of the outcome of a case: in a worker, or at once if the case has its row already."""
     if isinstance(job, BatchJob):
         return workers.submit(mesh_job, job, workers.tell)
     done = Future[Outcome]()

@@ -1,7 +1,7 @@
-"""The folders that a batch writes into: other batches stay out, files of a case appear together, nothing is left over.
+"""The folders into which a batch writes: other batches are kept out, the files of a case appear together.
 
-Locks are those of the system, which end with the process however that happens. Where a file system has none, batches
-are not kept apart.
+Locks are those of the system, which end with the process however that ends. On file systems without locks, batches are
+not kept apart.
 """
 
 import os
@@ -20,15 +20,15 @@ from bubblemesh.files import sync, unwritten
 from bubblemesh.meshfiles.transaction import require_writable, transaction
 
 LOCK = ".bubblemesh-lock"
-BEGIN = 10.0  # seconds to wait for other batches that begin
+BEGIN = 10.0  # seconds to wait while another batch begins
 MAKE_ROOM = "the batch ends, what is done stays: make room, and run it again with --resume"
 
 
 @contextmanager
 def reserved(options: BatchOptions) -> Iterator[None]:
-    """Keep other batches out of the summary's folder, which is made if it is missing; shards are in it together.
+    """Keep other batches out of the summary's folder within the block; shards of one batch may be in it together.
 
-    FileError if another batch is in it, or it cannot be made.
+    The folder is made if it is missing. FileError if another batch is in it, or it cannot be made.
     """
     folder = options.root
     require_writable(folder)
@@ -47,14 +47,14 @@ def reserved(options: BatchOptions) -> Iterator[None]:
         with _locked(folder / f"{LOCK}-begin", f"{folder}: other batches are beginning here: try again", BEGIN):
             stack.enter_context(_locked(folder / f"{LOCK}{options.suffix}", own if options.suffix else busy))
             for other in [folder / LOCK] if options.suffix else folder.glob(f"{LOCK}-*-of-*"):
-                with _locked(other, busy):  # nobody has it
+                with _locked(other, busy):  # so nobody else has it
                     pass
         yield
 
 
 @contextmanager
 def _locked(path: Path, refusal: str, seconds: float = 0.1) -> Iterator[None]:
-    """Hold the lock of a file, which is removed at the end: by then another one who waits for it tries anew."""
+    """Lock a file within the block, and remove it at the end; whoever waits for it then begins with a new file."""
     from filelock import FileLock, Timeout
 
     lock = FileLock(path, timeout=seconds, fallback_to_soft=False)
@@ -63,7 +63,7 @@ def _locked(path: Path, refusal: str, seconds: float = 0.1) -> Iterator[None]:
     except Timeout:
         raise FileError(refusal) from None
     except OSError as error:
-        if error.filename is not None:  # else a file system without locks
+        if error.filename is not None:  # no name: a file system without locks
             raise unwritten(path, error) from None
     try:
         yield
@@ -74,10 +74,10 @@ def _locked(path: Path, refusal: str, seconds: float = 0.1) -> Iterator[None]:
 
 
 def staging_prefix(folder: Path, options: BatchOptions) -> str:
-    """Beginning of the names of staging folders, in which the files of a case wait until all of them are there.
+    """Beginning of the names of staging folders, in which the files of a case are until all of them are complete.
 
-    Batches with different summaries may write into one folder at the same time. So the names tell the summary, which
-    one batch at a time has: what an earlier one has left there is of no use to anybody.
+    Batches with different summaries may write into one folder at the same time. The names depend on the summary, which
+    one batch has at a time: folders of the same name that an earlier batch has left can be removed.
     """
     try:
         way = os.path.relpath(os.path.realpath(options.root), os.path.realpath(folder))
@@ -88,7 +88,7 @@ def staging_prefix(folder: Path, options: BatchOptions) -> str:
 
 @contextmanager
 def tidied(entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
-    """Remove the staging folders that a killed batch has left, and at the end those that an interrupt leaves."""
+    """Remove the staging folders that a killed batch has left, and after the block those that an interrupt leaves."""
     folders = {entry.destination.folder for entry in entries if entry.destination is not None}
 
     def remove() -> None:
@@ -104,9 +104,9 @@ def tidied(entries: Iterable[Entry], options: BatchOptions) -> Iterator[None]:
 
 
 def place_files(entry: Entry, outcome: Outcome, options: BatchOptions) -> Row:
-    """Write the files of a case, all or none; the row tells if that fails.
+    """Write the files of a case, all or none of them, and return its row; if that fails, the row has the error.
 
-    FileError if a disk is full: that of the results, or of a worker.
+    FileError if a disk is full, that of the results or that of a worker.
     """
     row, is_at_end = outcome.row, outcome.full
     if outcome.files and entry.destination:

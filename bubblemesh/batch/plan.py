@@ -21,16 +21,16 @@ T = TypeVar("T")
 
 ENDINGS = (".yaml", ".yml")
 STEM = "summary"  # of the names of a summary's files
-PRIVATE = (".", "_")  # names that begin so are not for everyone, such as those of bases
+PRIVATE = (".", "_")  # files in a folder whose names begin so are not cases, but for instance bases of cases
 
 
 @record
 class BatchOptions:
     """Options that hold for all cases of a batch."""
 
-    overrides: Sequence[Override] = ()  # set over each case's file
+    overrides: Sequence[Override] = ()  # values that replace those of each case's file
     folder: str | None = None  # of all results; without it each case has its own
-    page: bool | None = None  # whether each case gets its page; without it the case says so
+    page: bool | None = None  # whether each case gets its page; if None, as the case says
     history: bool = False  # whether each case gets the tables of its rounds and steps, and the batch a picture of them
     shard: tuple[int, int] = (1, 1)  # the part of the cases to mesh, from 1, and the number of parts
     untrusted: bool = False  # whether the cases come from strangers
@@ -52,18 +52,18 @@ class BatchOptions:
 
     @property
     def suffix(self) -> str:
-        """Part of the names of the summary's files that tells the shard, such as ``-03-of-16``."""
+        """Part of the names of the summary's files that names the shard, such as ``-03-of-16``."""
         index, count = self.shard
         return "" if count == 1 else f"-{index:0{len(str(count))}}-of-{count}"
 
     def part_of(self, entries: Sequence[T]) -> list[T]:
-        """Entries of the shard, every so many-th: neighbours, which often take alike, go to different shards."""
+        """Entries of the shard: each so many-th one, as neighbours are often equally large."""
         index, count = self.shard
         return list(entries[index - 1 :: count])
 
 
 def parse_shard(text: str) -> tuple[int, int]:
-    """Index and count of a text such as ``3/16``; a CaseError if it is no such text."""
+    """Index and count in a text such as ``3/16``; CaseError if it is not such a text."""
     found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", text)
     if found is None or not 1 <= int(found[1]) <= int(found[2]):
         raise CaseError(f"--shard {text}: must be I/N, the part I of N parts, from 1/N to N/N")
@@ -72,7 +72,7 @@ def parse_shard(text: str) -> tuple[int, int]:
 
 @record
 class Entry:
-    """A case of the batch, as it was when the batch began; one that cannot be read has only a row, with the error."""
+    """A case of the batch, as it was when the batch began; if it cannot be read there is only a row with the error."""
 
     number: int  # its place in the batch, from 1
     row: Row  # what is known of it before it is meshed
@@ -85,10 +85,10 @@ class Entry:
         return self.destination.names if self.destination else ()
 
     def job(self) -> BatchJob | Row:
-        """Job of the case, with what the files that it names hold now; a row with the error if that fails.
+        """Job of the case, with the present contents of the files that it names; a row with the error if that fails.
 
-        A file that cannot be read is told where the case is meshed, as `bubblemesh run` would: with the key that has
-        it.
+        The error of a file that cannot be read is raised where the case is meshed, with the key of the file, as in
+        `bubblemesh run`.
         """
         if self.case is None or self.destination is None:
             return self.row
@@ -97,15 +97,15 @@ class Entry:
                 files = contents_or_errors(self.case, self.case.root)
             job = BatchJob(self.number, self.row, self.case, self.destination, files)
             return replace(job, row=replace(self.row, inputs=job.digest()))
-        except Exception as error:  # whatever it is, it is no reason to give up the other cases
+        except Exception as error:  # whatever it is, the other cases are meshed
             return self.row.ended_by(error)
 
 
 def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
-    """Entries of all cases of the files, in order; cases that cannot be read, for whatever reason, are among them.
+    """Entries of all cases of the files, in order, also of those that cannot be read.
 
-    CaseError if two cases would write the same file, FileError if the results of one would overwrite a case file, or a
-    file that another one reads.
+    CaseError if two cases would write the same file. FileError if the results of a case would overwrite a case file, or
+    a file that a case reads.
     """
     sources = list(files)
     entries: list[Entry] = []
@@ -123,13 +123,13 @@ def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
 def planned(
     source: str, variants: Sequence[Variant], options: BatchOptions, first: int = 1, text: str | None = None
 ) -> list[Entry]:
-    """Entries of the cases that a file, or a ``text`` in its place, stands for, numbered from the first one's."""
+    """Entries of the cases in a file, or in a ``text`` in its place; ``first`` is the number of the first one."""
     return [_entry(number, source, one, options, text) for number, one in enumerate(variants, first)]
 
 
 def _entry(number: int, source: str, variant: Variant, options: BatchOptions, text: str | None) -> Entry:
     row = _row(source, variant)
-    # With a slash at its end it is a folder, whatever its name looks like.
+    # A name that ends with a slash is a folder, even with the ending of a mesh file.
     output = None if options.folder is None else f"{options.folder}/"
     try:
         case = load_case(source, overrides=options.overrides, text=text, variant=variant, untrusted=options.untrusted)
@@ -146,7 +146,7 @@ def _row(source: str, variant: Variant | None = None) -> Row:
 
 
 def _seen_from(root: Path, folder: Path) -> str:
-    if folder == root:  # as that of very many cases
+    if folder == root:  # a short way for batches of very many cases
         return "."
     try:
         return Path(os.path.relpath(folder, root)).as_posix()
@@ -155,7 +155,7 @@ def _seen_from(root: Path, folder: Path) -> str:
 
 
 def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:
-    """Check that no two cases write the same file, and none a case file or one that a case reads."""
+    """Check that no two cases write the same file, and that no case writes a case file or one that a case reads."""
     owners: dict[str, Entry] = {}
     folders: dict[Path, str] = {}
     for entry in entries:
@@ -181,10 +181,10 @@ def _called(entry: Entry) -> str:
 
 
 def case_files(paths: Sequence[str]) -> list[str]:
-    """Case files that paths, patterns and folders mean, each once: in their order, those of a folder by their names.
+    """Case files of paths, patterns and folders, each once, in the given order; those of a folder sorted by name.
 
-    CaseError if there is no case file in a folder, or nothing fits a pattern; FileError if a folder cannot be read, or
-    a name is empty.
+    CaseError if there is no case file in a folder, or none that fits a pattern; FileError if a folder cannot be read,
+    or a name is empty.
     """
     found: dict[str, str] = {}
     for path in paths:
@@ -194,13 +194,14 @@ def case_files(paths: Sequence[str]) -> list[str]:
 
 
 def _files_of(path: str) -> list[str]:
+    """Case files of a path, a pattern or a folder; the errors of `case_files`."""
     if not path:
         raise FileError("the name of a case file or folder is empty")
     if path == "-":
         raise CaseError("-: a batch reads no case from the standard input: use bubblemesh run -")
     is_folder = Path(path).is_dir()
     if not is_folder and (not has_magic(path) or Path(path).exists()):
-        return [path]  # a file that is missing is a case that fails
+        return [path]  # a missing file becomes a case that fails
     matches = [path] if is_folder else sorted(glob(path, recursive=True))  # noqa: PTH207 (a whole pattern)
     files = [file for match in matches for file in (_in_folder(match) if Path(match).is_dir() else [match])]
     if files:

@@ -1,4 +1,4 @@
-"""Preview of a batch: each case of a plan is checked and its nodes are estimated, without any file."""
+"""Preview of a batch: each case of a plan is checked and its nodes are estimated; nothing is written."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,7 +14,7 @@ from bubblemesh.run.estimate import estimate
 
 @record
 class Preview:
-    """A case before it is meshed: what `estimate` tells of it, or a row with the error; and its files."""
+    """A case before it is meshed: its estimate, or a row with the error; and the files that it would write."""
 
     row: Row
     figures: Mapping[str, Any] | None  # None if the case has a fault
@@ -28,7 +28,7 @@ class Preview:
 
 
 def preview_of(entry: Entry) -> Preview:
-    """Preview of an entry; whatever goes wrong with it is no reason to give up the others."""
+    """Preview of an entry; any error is part of it, so that the other cases are still looked at."""
     case = entry.case
     if case is None:
         return Preview(entry.row, None, ())

@@ -1,4 +1,4 @@
-"""Going on after an earlier batch: the rows that it has recorded, its finished cases, and the rows that stay."""
+"""Resuming an earlier batch: the rows that it has recorded, its finished cases, and the rows that stay."""
 
 from collections.abc import Iterable, Sequence
 from hashlib import sha256
@@ -13,13 +13,13 @@ from bubblemesh.files import opened, unreadable
 from bubblemesh.meshfiles.text import HISTORY_FILES
 from bubblemesh.meshfiles.writing import PAGE_FILE
 
-EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # which the inputs of a mesh do not tell
+EXTRAS = (PAGE_FILE, *HISTORY_FILES)  # files that the hash of the inputs does not cover
 BLOCK = 1 << 16  # bytes of a file to read at once
 FINAL = (DONE, RequirementError.exit_code)  # with these, another run would end the same way
 
 
 def recorded(folder: Path) -> dict[Path, list[Row]]:
-    """Rows of all summaries of the folder, by their files; what is not whole is left out.
+    """Rows of all summaries of the folder, by their files; incomplete rows are left out.
 
     FileError if a summary cannot be read.
     """
@@ -36,7 +36,7 @@ def _content(path: Path) -> bytes:
 
 
 def unchanged(entries: Sequence[Entry], rows: Iterable[Row], root: Path) -> dict[int, Row]:
-    """Rows, by the numbers of their entries, whose inputs are the same now and whose files are all as written."""
+    """Rows whose inputs are still the same and whose files are all as written, by the numbers of their entries."""
     known = {entry.row.key: entry for entry in entries if entry.case is not None}
     digests: dict[int, str | None] = {}
     found: dict[int, Row] = {}
@@ -59,7 +59,7 @@ def rows_of_others(entries: Sequence[Entry], rows: Iterable[Row]) -> list[Row]:
     unreadable = {entry.row.source for entry in entries if entry.case is None}
 
     def is_of_others(row: Row) -> bool:
-        if row.folder is None:  # its file could not be read: nobody knows which cases it stands for
+        if row.folder is None:  # its file could not be read, so that its cases are unknown
             return row.source not in sources
         return row.key not in keys and row.source not in unreadable
 
@@ -67,13 +67,13 @@ def rows_of_others(entries: Sequence[Entry], rows: Iterable[Row]) -> list[Row]:
 
 
 def _has_extras(row: Row, entry: Entry) -> bool:
-    """Whether the row has a mesh, and the page and the tables that the case wants beside it."""
+    """Whether the row has a mesh, and beside it the page and the tables that the case asks for."""
     extras = {name for name in entry.names if name.endswith(EXTRAS)}
     return bool(row.files) and extras <= row.files.keys()
 
 
 def _digest(file: BinaryIO) -> str:
-    """SHA-256 hash of a file's content; that of the standard library clears a buffer first, which costs more."""
+    """SHA-256 hash of a file's content, by small blocks: the standard library's function clears a large buffer."""
     found = sha256()
     while block := file.read(BLOCK):
         found.update(block)

@@ -13,7 +13,7 @@ from bubblemesh.meshfiles.text import csv_text, dumped, json_ready
 from bubblemesh.messages import run_seconds
 from bubblemesh.records import record
 
-# Names in the summary of what reports have.
+# Figures of reports that the summary has, and their names there.
 FIGURES: Mapping[str, tuple[str, ...]] = {
     "method": ("method",),
     "seed": ("seed",),
@@ -33,14 +33,14 @@ FIGURES: Mapping[str, tuple[str, ...]] = {
     "seconds": ("seconds", "total"),
     "peak_memory_mb": ("peak_memory_mb",),
 }
-# Kinds of the values in a line of JSON, in their order there.
+# Types of the values in a line of JSON, in their order there.
 KINDS: Mapping[str, Any] = {
     "case": str,
     "source": str,
     "sweep": dict,
     "exit_code": int,
     "error": str | None,
-    **dict.fromkeys(FIGURES, int | float | None),  # some meshes, and some systems, have not all of them
+    **dict.fromkeys(FIGURES, int | float | None),  # not all meshes and systems have all of them
     **dict.fromkeys(("method", "stop_reason"), str),
     **dict.fromkeys(("seed", "nodes", "triangles", "force_evaluations"), int),
     **dict.fromkeys(("quality_mean", "quality_p01", "quality_min", "seconds"), int | float),
@@ -56,28 +56,28 @@ COLUMNS = [name for name in KINDS if name not in ("inputs", "files", "traceback"
 
 
 def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
-    """Figures of a report that a summary has."""
+    """The figures of a report that belong into a summary."""
     figures = {name: reduce(getitem, keys, report) for name, keys in FIGURES.items()}
     return figures | {"seconds": run_seconds(report["seconds"])}
 
 
 @record
 class Row:
-    """Outcome of one case in figures; before it is meshed, what is known of it."""
+    """Outcome of one case in figures; before it is meshed, only what is known then."""
 
     case: str  # its name
     source: str  # its file
-    exit_code: int  # the one with which ``bubblemesh run`` would have ended
+    exit_code: int  # that ``bubblemesh run`` would have had
     sweep: Mapping[str, Any] = field(default_factory=dict)  # value of each key that its file sweeps
     error: str | None = None
     figures: Mapping[str, Any] = field(default_factory=dict)  # values of ``FIGURES``; empty if there is no mesh
     warnings: tuple[str, ...] = ()
     attempts: int = 0  # how often it was begun: more than once if worker processes died
-    folder: str | None = None  # of its files, seen from the summary's; None if its case file could not be read
+    folder: str | None = None  # of its files, relative to the summary's; None if its case file could not be read
     version: str = ""
-    inputs: str | None = None  # hash of all that its results depend on
+    inputs: str | None = None  # hash of everything that its results depend on
     files: Mapping[str, str] = field(default_factory=dict)  # SHA-256 hash of each of its files
-    traceback: str | None = None  # of an error of the program
+    traceback: str | None = None  # if the error is one of the program
 
     @property
     def key(self) -> tuple[str | None, str]:
@@ -85,11 +85,11 @@ class Row:
         return self.folder, self.case
 
     def failed(self, exit_code: int, error: str) -> Self:
-        """Row that tells of an error, too."""
+        """The row with an exit code and an error."""
         return replace(self, exit_code=exit_code, error=error)
 
     def ended_by(self, error: Exception) -> Self:
-        """Row that tells of the exception that has ended the case; with its traceback, if the program is to blame."""
+        """The row with the exception that has ended the case; with a traceback, if the error is one of the program."""
         match error:
             case BubblemeshError():
                 return self.failed(error.exit_code, str(error))
@@ -103,7 +103,7 @@ class Row:
 
     @classmethod
     def parse(cls, line: bytes) -> Self | None:
-        """Row of a line of JSON; None if the line is not whole, or not as a summary has it."""
+        """Row of a line of JSON; None if the line is incomplete, or not one of a summary."""
         try:
             data = json.loads(line)
             figures = FIGURES if data["nodes"] is not None else ()
@@ -116,7 +116,7 @@ class Row:
         return cls(figures={key: values.pop(key) for key in figures}, **values)
 
     def data(self) -> dict[str, Any]:
-        """Values of the row's line of JSON."""
+        """Values for the row's line of JSON."""
         return dict(self._values)
 
     @cached_property
@@ -129,7 +129,7 @@ class Row:
         return dumped(self._values) + "\n"
 
     def cells(self) -> str:
-        """Line of CSV: the sweep as JSON, errors in one line, the number of warnings only."""
+        """Line of CSV: the sweep as JSON, errors in one line, warnings as their number."""
         data = self.data()
         data["sweep"] = dumped(data["sweep"])
         data["error"] = "; ".join((self.error or "").splitlines())

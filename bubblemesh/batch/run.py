@@ -1,4 +1,4 @@
-"""The story of a batch: cases go to the workers, files and rows come back."""
+"""The run of a batch: cases go to the workers, files and rows come back."""
 
 from collections.abc import Sequence
 from contextlib import closing, nullcontext
@@ -14,11 +14,17 @@ from bubblemesh.workers.hire import Hire
 
 
 def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, listener: BatchListener) -> dict[str, Any]:
-    """Mesh all cases of a plan, or of its shard, and give the rows in their order with their `totals`.
+    """Mesh all cases of a plan, or of its shard, and return the rows in their order with their `totals`.
 
-    Workers are hired only if a case is left to do. CaseError if the page of a case would be that of the batch;
-    FileError if the summary cannot be written, a disk is full or the workers are out of reach: all rows until then are
-    there.
+    Workers are started only if a case is left to do.
+
+    Raises
+    ------
+    CaseError
+        If the page of a case would replace that of the batch.
+    FileError
+        If the summary cannot be written, a disk is full or the workers are out of reach; the summary then has all rows
+        until that moment.
     """
     root, own = options.root, options.part_of(entries)
     require_no_index(entries, options)
@@ -29,7 +35,7 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, liste
         left = [entry for entry in own if entry.number not in done]
         with (
             tidied(own, options),
-            # Only who has workers begins a summary: an old one is not given up for nothing.
+            # The summary begins when there are workers: until then an old one stays.
             hire(len(left)) if left else nullcontext() as workers,
             closing(Summary(options, [*others, *done.values()])) as rows,
             indexed(rows, own, options, listener.warn),

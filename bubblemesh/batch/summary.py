@@ -17,18 +17,19 @@ from bubblemesh.meshfiles.writing import PAGE_FILE
 
 
 class Summary:
-    """Two files that begin with these rows, in place of old ones, and grow; a FileError if they cannot be written."""
+    """Two growing files, which replace old ones and begin with the given rows; FileError if they cannot be written."""
 
     def __init__(self, options: BatchOptions, rows: Iterable[Row]) -> None:
-        self.rows = list(rows)  # all that the files hold
-        self.path = options.summary  # the file that has all of each row
-        self._last: tuple[int, Row] | None = None  # size of the lines, and the row that they are about to get
+        self.rows = list(rows)  # all rows in the files
+        self.path = options.summary  # the file with all values of each row
+        self._last: tuple[int, Row] | None = None  # size of the lines before the row that is being added, and that row
         self._lines, self._table = self._written()
 
     def append(self, row: Row) -> None:
-        """Add a row to both files; if that is a FileError, they are whole nevertheless.
+        """Add a row to both files; FileError if that fails, which leaves both without half lines.
 
-        Its line is on the disk then; what a power cut takes of the table, a batch that goes on writes anew.
+        The line of JSON is on the disk then. Lines of the table that a power cut has taken, a resumed batch writes
+        anew.
         """
         self.keep()
         self._last = self._lines.size, row
@@ -39,7 +40,7 @@ class Summary:
         self._last = None
 
     def keep(self) -> None:
-        """Write both files anew if one has been removed; a FileError if another summary has taken their place."""
+        """Write both files anew if one has been removed; FileError if another summary has taken their place."""
         if self._lines.in_place and self._table.in_place:
             return
         if os.path.lexists(self.path) and not self._lines.in_place:
@@ -50,7 +51,7 @@ class Summary:
             lines.close()
 
     def close(self) -> None:
-        """Give the table the row that it lacks after an interrupt, and close both."""
+        """Close both files, after adding to the table the row that an interrupt has left out."""
         try:
             if self._last is not None and self._lines.size > self._last[0]:
                 self._table.append(self._last[1].cells())
@@ -59,7 +60,7 @@ class Summary:
             self._table.close()
 
     def _written(self) -> "tuple[Lines, Lines]":
-        """Lines and table, written anew."""
+        """The files with lines of JSON and with the table, written anew."""
         table = self.path.with_suffix(".csv")
         texts = {
             self.path: "".join(row.line() for row in self.rows),
@@ -72,7 +73,7 @@ class Summary:
 
 
 class Lines:
-    """A file that grows by whole lines; a FileError if it cannot be opened."""
+    """A file that grows by whole lines; FileError if it cannot be opened."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -88,17 +89,17 @@ class Lines:
 
     @property
     def in_place(self) -> bool:
-        """Whether the name is still that of the file which has been opened."""
+        """Whether the path still leads to the file that was opened."""
         try:
             return os.path.samestat(self.path.stat(), os.fstat(self._file))
         except OSError:
             return False
 
     def append(self, text: str) -> None:
-        """Add text at the end, all of it or nothing; a FileError if that fails."""
+        """Add text at the end, all of it or nothing; FileError if that fails."""
         before, content = self.size, text.encode()
         try:
-            written = os.write(self._file, content)  # one call, which no signal of ours cuts in two
+            written = os.write(self._file, content)  # one call, which our signals do not interrupt
             if written < len(content):
                 os.ftruncate(self._file, before)
                 raise FileError(f"cannot write {self.path}: only a part of a row fits: is the disk full?")
@@ -106,7 +107,7 @@ class Lines:
             raise unwritten(self.path, error) from error
 
     def sync(self) -> None:
-        """Bring all lines to the disk."""
+        """Make sure that all lines are on the disk."""
         try:
             os.fsync(self._file)
         except OSError as error:
@@ -125,7 +126,7 @@ def totals(rows: Sequence[Row], unchanged: int) -> dict[str, Any]:
 
 
 def require_no_index(entries: Iterable[Entry], options: BatchOptions) -> None:
-    """Check that no case's own page would be where the page of the batch goes; else it is a CaseError."""
+    """Check that the page of no case would replace the page of the batch; CaseError if one would."""
     page = _page_of(options)
     for entry in entries if options.page else ():
         folder = entry.destination.folder if entry.destination else None
@@ -137,15 +138,15 @@ def require_no_index(entries: Iterable[Entry], options: BatchOptions) -> None:
 def indexed(
     summary: Summary, entries: Iterable[Entry], options: BatchOptions, warn: Callable[[str], None]
 ) -> Iterator[None]:
-    """Write the page and the picture that compare the cases, where they are asked for, when the block ends.
+    """Write the page and the picture that compare the cases, if asked for, when the block ends, however it ends.
 
-    They are written however it ends. The rows stand there in the order of the entries, after those of cases outside the
-    batch. What the picture lacks is told by ``warn``. FileError if a file cannot be written.
+    The rows are in the order of the entries, after those of cases outside the batch. ``warn`` is called with what is
+    missing in the picture. FileError if a file cannot be written.
     """
     try:
         yield
     except BaseException:
-        with suppress(BubblemeshError):  # what has ended the block is to be told
+        with suppress(BubblemeshError):  # the error that has ended the block is the one to report
             _write_index(summary, entries, options, warn)
         raise
     _write_index(summary, entries, options, warn)
@@ -154,6 +155,7 @@ def indexed(
 def _write_index(
     summary: Summary, entries: Iterable[Entry], options: BatchOptions, warn: Callable[[str], None]
 ) -> None:
+    """Write the page and the picture that compare the cases, if the options ask for them."""
     if not options.page and not options.history:
         return
     from bubblemesh.pages.index import index_page
@@ -174,7 +176,7 @@ def _page_of(options: BatchOptions) -> Path:
 
 
 def _linked(row: Row, folder: Path) -> dict[str, Any]:
-    """Values of a row and its page, if that is there, seen from the folder of the summary."""
+    """Values of a row, with the path of its page, if there is one, relative to the folder of the summary."""
     pages = [Path(row.folder or ".", name) for name in row.files if name.endswith(PAGE_FILE)]
     links = [page.as_posix() for page in pages if (folder / page).is_file() and not page.is_absolute()]
     return row.data() | {"report": links[0] if links else None}

@@ -1,4 +1,4 @@
-"""The part of a batch that runs in worker processes, here or on a cluster: a job goes in, an outcome comes back."""
+"""The part of a batch that runs in worker processes, here or on a cluster: it takes a job and returns an outcome."""
 
 import errno
 import re
@@ -20,26 +20,26 @@ from bubblemesh.run.pipeline import mesh_problem
 from bubblemesh.workers.workers import Tell
 
 FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
-APART = {"formats", "solver", "directory", "report"}  # keys of the output that do not tell what is in files
-CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # what NumPy's tofile says, without a number
+APART = {"formats", "solver", "directory", "report"}  # keys of the output on which the contents of files do not depend
+CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # the error of NumPy's tofile, which has no errno
 
 
 @record
 class BatchJob:
-    """A case with everything that meshing it takes, wherever that happens."""
+    """A case with everything that is needed to mesh it on any machine."""
 
     number: int  # the case's place in the batch
     row: Row  # what is known of the case before it is meshed
     case: Case
     destination: Destination
-    files: Mapping[str, bytes | BubblemeshError]  # contents of those that the case names, errors of those not read
-    version: str = __version__  # of bubblemesh, which has to mesh it
+    files: Mapping[str, bytes | BubblemeshError]  # contents of the files that the case names; errors of unreadable ones
+    version: str = __version__  # of bubblemesh, the only one that may mesh it
 
     def digest(self) -> str | None:
-        """Hash of all that a finished mesh and its files depend on; None if one of them could not be read.
+        """Hash of everything that a finished mesh and its files depend on; None if a file could not be read.
 
-        Where files lie does not count, what is in them does. Nor does it count which files are written beside the mesh,
-        and how much time and memory there was.
+        The contents of files count, but not their folders. Limits on time and memory, and which files are written
+        beside the mesh, do not count either.
         """
         contents = {name: content for name, content in self.files.items() if isinstance(content, bytes)}
         if len(contents) < len(self.files):
@@ -55,15 +55,15 @@ class BatchJob:
 
 @record
 class Outcome:
-    """Row and files that come back for a job."""
+    """Result of a job: the row of its case, and the contents of its files."""
 
     row: Row
     files: Mapping[str, bytes] = field(default_factory=dict)  # contents of the files to write, all or none
-    full: bool = False  # whether there was no space on a disk, which the cases to come would meet as well
+    full: bool = False  # whether a disk was full, which would stop the cases to come as well
 
 
 def mesh_job(job: BatchJob, tell: Tell) -> Outcome:
-    """Mesh a case and make its files; an error is an outcome, too."""
+    """Mesh a case and make its files; errors become part of the outcome."""
     row = job.row
     try:
         return _mesh(job, tell)
@@ -99,6 +99,6 @@ def _made(job: BatchJob, tell: Tell) -> Outcome:
 
 
 def is_full(error: BaseException) -> bool:
-    """Whether an error of the system, or the one behind an error of ours, is about a full disk or a used-up quota."""
+    """Whether an error, or the error of the system behind it, is about a full disk or an exhausted quota."""
     cause = error.__cause__ or error
     return isinstance(cause, OSError) and (cause.errno in FULL or CUT_SHORT.search(str(cause)) is not None)
