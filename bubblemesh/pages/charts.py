@@ -1,4 +1,4 @@
-"""Charts as SVG inside of a page; its style sheet has their colours."""
+"""Charts as SVG within a page, whose style sheet has their colours."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -13,7 +13,7 @@ Scale = Callable[[float], float]
 
 
 class Line(NamedTuple):
-    """Points of a line, what it is called, and whether each point has a mark."""
+    """Points of a line, its name, and whether each point has a mark."""
 
     name: str
     points: Sequence[tuple[float, float]]
@@ -21,7 +21,7 @@ class Line(NamedTuple):
 
 
 def bar(share: float) -> Markup:
-    """A horizontal bar, for a table's cell, whose length is a share of the cell's."""
+    """A horizontal bar for the cell of a table, as long as the given share of the cell's width."""
     filling = tag("rect", width=f"{100 * min(max(share, 0), 1):.1f}", height=10, class_="bar")
     look = {"viewBox": "0 0 100 10", "preserveAspectRatio": "none", "class_": "cell", "aria_hidden": "true"}
     return tag("svg", filling, **look)
@@ -47,7 +47,21 @@ def quality_range(figures: Sequence[float], low: float) -> Markup:
 def histogram_chart(
     title: str, counted: Histogram, noun: str, ticks: Sequence[float], ideal: float | None = None
 ) -> Markup:
-    """Chart of a histogram of what the noun names, in the plural; the axis tells the ticks, a line the ideal value."""
+    """Chart of a histogram.
+
+    Parameters
+    ----------
+    title
+        Title of the chart.
+    counted
+        The histogram.
+    noun
+        What is counted, in the plural.
+    ticks
+        Values written along the axis.
+    ideal
+        Value marked by a line, if any.
+    """
     edges, total = [float(edge) for edge in counted.edges], max(counted.total, 1)
     shares = [int(count) / total for count in counted.counts]
     top = _rounded_up(max(shares))
@@ -80,9 +94,9 @@ def histogram_chart(
 def line_chart(
     title: str, x_title: str, lines: Sequence[Line], low: float, high: float, *, logarithmic: bool = False
 ) -> Markup:
-    """Chart of lines over a common axis, at most two, which differ in dashes and marks as well.
+    """Chart of one or two lines over a common axis, which differ in dashes and marks as well as in colour.
 
-    The upright axis goes from ``low`` to ``high``, and may be logarithmic.
+    The vertical axis goes from ``low`` to ``high``, and may be logarithmic.
     """
     xs = [x for line in lines for x, _ in line.points]
     across = _linear(min(xs), max(max(xs), min(xs) + 1), LEFT + 4, WIDTH - RIGHT - 8)
@@ -104,6 +118,7 @@ def line_chart(
 
 
 def _line(line: Line, number: int, across: Scale, up: Scale) -> Markup:
+    """A line of a chart with its marks; the number chooses colour and dashes."""
     points = [(across(x), up(y)) for x, y in line.points]
     path = tag("polyline", points=" ".join(f"{x:.1f},{y:.1f}" for x, y in points), class_=f"line line-{number}")
     marks = [
@@ -132,7 +147,7 @@ def _linear(low: float, high: float, begin: float, end: float) -> Scale:
 
 
 def _grid(up: Scale, levels: Sequence[float], form: Callable[[float], str]) -> Markup:
-    """Lines across the plot and what they stand for."""
+    """Horizontal lines at the levels, with their values."""
     parts = []
     for level in levels:
         y = up(level)
@@ -153,5 +168,5 @@ def _whole_ticks(low: float, high: float) -> list[float]:
 
 
 def _rounded_up(share: float) -> float:
-    """The next round share above."""
+    """The next larger round share."""
     return next(top for top in (0.02, 0.04, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0) if share <= top)

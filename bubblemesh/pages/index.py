@@ -10,7 +10,7 @@ from bubblemesh.messages import counted, duration
 from bubblemesh.pages.charts import quality_range
 from bubblemesh.pages.markup import Markup, from_template, html, page, tag, whole
 
-# Head of a column of numbers, key in the row of a case, and how the number is written.
+# For each column of numbers its head, its key in the row of a case, and the format of the numbers.
 COLUMNS = (
     ("Mean q", "quality_mean", ".4f"),
     ("1 % of q below", "quality_p01", ".3f"),
@@ -29,9 +29,14 @@ Row = Mapping[str, Any]
 def index_page(rows: Sequence[Row]) -> str:
     """The page that compares cases: one file of HTML that needs nothing else.
 
-    The row of a case has ``case`` and ``exit_code``, and where they are known ``status``, ``message`` (or ``error``),
-    the keys of ``COLUMNS`` (of ``warnings`` the number or the texts), ``report`` (name of the case's page, relative to
-    this one) and ``sweep`` (values by key). What is missing or None leaves its cell empty.
+    The keys of the row of a case are as follows; all but the first two may be missing or None, which leaves their cells
+    empty.
+
+    - ``case`` and ``exit_code``,
+    - ``status``, and ``message`` or ``error``,
+    - those of ``COLUMNS``; ``warnings`` is their number or their texts,
+    - ``report``: path of the case's page, relative to this one,
+    - ``sweep``: values by key.
     """
     lowest = min((row["quality_min"] for row in rows if row.get("quality_min") is not None), default=0.0)
     low = min(int(10 * lowest) / 10, 0.9)
@@ -65,13 +70,13 @@ def _heads(swept: Sequence[str], low: float) -> Markup:
 
 
 def _in_lines(name: str) -> Markup:
-    """A name that may go on in the next line after each of its dots, as keys of cases have."""
+    """A name, such as a key of a case, which browsers may break after each of its dots."""
     first, *others = name.split(".")
     return html(first, *(part for other in others for part in (".", tag("wbr"), other)))
 
 
 def _case(row: Row, swept: Sequence[str], low: float) -> Markup:
-    """The row of a case, and below it one with its message, across all columns."""
+    """The row of a case, and below it a row with its message across all columns."""
     cells, message = _cells(row, swept, low), row.get("message") or row.get("error")
     rows = [tag("tr", *cells)]
     if message:
@@ -80,6 +85,7 @@ def _case(row: Row, swept: Sequence[str], low: float) -> Markup:
 
 
 def _cells(row: Row, swept: Sequence[str], low: float) -> list[Markup]:
+    """Cells of the row of a case: its name and status, the values of its sweep, its figures."""
     report = row.get("report")
     name = tag("a", row["case"], href=f"./{quote(report)}") if report else row["case"]
     sweep = row.get("sweep") or {}
@@ -95,7 +101,7 @@ def _cells(row: Row, swept: Sequence[str], low: float) -> list[Markup]:
 
 
 def _warnings(row: Row) -> int | None:
-    """The number of warnings; None of a case that has come to nothing that could be warned of."""
+    """The number of warnings; None for a case that has failed before there could be any."""
     warnings = row.get("warnings") or 0
     count = warnings if isinstance(warnings, int) else len(warnings)
     return None if count == 0 and row.get("nodes") is None else count

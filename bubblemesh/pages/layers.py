@@ -13,7 +13,7 @@ from bubblemesh.pages.markup import Markup, cell, head, html, linked_places, tab
 from bubblemesh.pictures.plots import small_png
 from bubblemesh.pictures.styles import PlotOptions, View
 
-HIGH, WIDE = 2.5, 2.5  # half the width of the picture, in terms of the layers' height or of the wall's edge at least
+HIGH, WIDE = 2.5, 2.5  # half the width of the picture: the larger of so many heights of layers or edges of the wall
 FLAT = 0.5  # height of the picture over its width
 DPI = 110
 HEADS = ("Layers", "Columns", "Complete", "First height", "Kept", "Height", "Upright", "Aspect", "Beyond", "Lowest")
@@ -27,7 +27,7 @@ MEANING = (
 
 
 def layers_section(mesh: Mesh, rows: Sequence[Mapping[str, Any]]) -> Markup:
-    """The section on the layers of a report, a row for each label; nothing if there are none."""
+    """The section on the layers of a report, with a row for each label; empty if there are no rows."""
     if not rows:
         return Markup("")
     size = float(np.ptp(mesh.points, axis=0).max())
@@ -39,6 +39,7 @@ def layers_section(mesh: Mesh, rows: Sequence[Mapping[str, Any]]) -> Markup:
 
 
 def _cells(row: Mapping[str, Any], size: float) -> Iterator[Markup]:
+    """Cells with the figures of the layers on a label, in a domain of a size."""
     first, count, upright = row["first"], row["count"], row["orthogonality"]
     yield cell(row["label"] if row["region"] is None else f"{row['label']} in {row['region']}", text=True)
     least, most = count["least"], count["most"]
@@ -72,6 +73,6 @@ def _picture(mesh: Mesh, rows: Sequence[Mapping[str, Any]], size: float) -> Mark
 
 
 def _view(at: Floats, half: float) -> View:
-    """Part of the plane around a place, so wide to both sides."""
+    """Part of the plane around a place, ``half`` as wide to either side."""
     x, y = at.tolist()
     return x - half, y - FLAT * half, x + half, y + FLAT * half

@@ -18,16 +18,16 @@ EMPTY = {"img", "input", "wbr"}  # elements that have no end
 
 
 class Markup(str):
-    """Text that is HTML already."""
+    """Text that is already HTML."""
 
     __slots__ = ()
 
 
 def tag(name: str, *content: Markup | str | int | None, **attributes: str | float | bool | None) -> Markup:
-    """An element; text in it is escaped, None left out.
+    """An element; text in it is escaped, and None is left out.
 
-    Of the attributes ``class_`` stands for class, ``data_x`` for data-x; True gives the name alone, False and None
-    nothing.
+    In the names of attributes, ``class_`` stands for class and ``data_x`` for data-x. An attribute that is True has no
+    value; those that are False or None are left out.
     """
     text = "".join(
         f" {key.rstrip('_').replace('_', '-')}" + ("" if value is True else f'="{_escaped(value)}"')
@@ -40,7 +40,7 @@ def tag(name: str, *content: Markup | str | int | None, **attributes: str | floa
 
 
 def html(*content: Markup | str | int | None) -> Markup:
-    """HTML of pieces one after the other; text is escaped."""
+    """HTML of pieces in a row; text is escaped."""
     return Markup(
         "".join(piece if isinstance(piece, Markup) else _escaped(piece) for piece in content if piece is not None)
     )
@@ -91,14 +91,14 @@ def linked_places(message: str) -> Markup:
 
 
 def page(title: str, body: Markup, scripts: Sequence[str], *, wide: bool = False) -> str:
-    """A whole page: one file that asks nothing of the network, and runs no script but its own.
+    """A whole page: one file that needs no network, and runs no scripts but its own.
 
-    The scripts are names of the package's JavaScript files, which become one module in this order; a ``wide`` page may
-    be as wide as a table of many columns.
+    The scripts are names of the package's JavaScript files, which become one module in this order. A ``wide`` page has
+    room for tables of many columns.
     """
     style = _palette() + package_text("style.css")
     script = "".join(package_text(name) for name in scripts)
-    # Browsers run only what has these hashes, whatever else a page may have come to hold.
+    # Browsers run only scripts with these hashes, whatever else gets into a page.
     policy = (
         f"default-src 'none'; img-src data:; style-src {_hash(style)}; script-src {_hash(script)}; "
         "base-uri 'none'; form-action 'none'"

@@ -25,7 +25,7 @@ MEANING = (
 
 
 def metric_section(mesh: Mesh, fields: Mapping[str, Floats], row: Mapping[str, Any] | None) -> Markup:
-    """The section on the metric of a report; nothing if it has none."""
+    """The section on the metric of a report; empty if the report has no metric."""
     tensors = tensors_in(fields)
     if row is None or tensors is None:
         return Markup("")

@@ -53,9 +53,20 @@ def report_page(
 ) -> str:
     """The page of a run: one file of HTML that needs nothing else.
 
-    The report is as written, with the names of all files, which are in the folder of the page; the fields hold
-    ``target_spacing`` (t,), ``speeds`` the mean speeds of the bubbles after each step of each round. If the mesh is
-    only a sample of the one that the report is of, the ``overview`` is shown above it.
+    Parameters
+    ----------
+    mesh
+        The mesh, or a sample of it if it is too large for a page.
+    fields
+        Values at the triangles, with ``target_spacing`` (t,).
+    report
+        The report as it is written, with the names of all files, which are in the folder of the page.
+    speeds
+        Mean speeds of the bubbles after each step, for each round.
+    written
+        When the files were written.
+    overview
+        The spacing of the whole domain, shown above a sample.
     """
     scene = Scene.of(mesh, fields, WORST)
     text, omitted = readable_json(report["parameters"], MOST_LINES)
@@ -105,6 +116,7 @@ def _named(labels: Sequence[str]) -> str:
 
 
 def _figures(report: Mapping[str, Any]) -> Markup:
+    """List of the main figures: nodes, quality, spacing, time."""
     quality, spacing = report["quality"], report["spacing"]
     ideal = f"{report['nodes'] / report['ideal_nodes']:.3f} of the ideal number"  # of a domain without layers
     angles_note = "in space" if "metric" in report else "60° is ideal"

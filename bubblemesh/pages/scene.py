@@ -1,4 +1,4 @@
-"""Data from which the script of a report's page draws the mesh: arrays by rank of bytes, compressed, in base64."""
+"""Data from which the script of a report's page draws the mesh: arrays sorted by byte, compressed, in base64."""
 
 import base64
 import json
@@ -31,11 +31,11 @@ class Scene:
     size: Colouring
     ratio: Colouring
     packed: Booleans  # (t,) the triangles whose shape is judged: all but the cells of boundary layers
-    worst: Integers  # (w,) those of least quality of them, the worst first
+    worst: Integers  # (w,) those of least quality among these, the worst first
 
     @classmethod
     def of(cls, mesh: Mesh, fields: Mapping[str, Floats], most_worst: int) -> "Scene":
-        """The scene of a mesh with fields (t,), of which ``target_spacing`` is needed; ``layer`` tells layers."""
+        """Scene of a mesh with fields (t,): ``target_spacing``, and ``layer`` if the mesh has boundary layers."""
         data = MeshData(fields)
         quality = colouring_of(mesh, data, "quality")
         size = colouring_of(mesh, data, "size")
@@ -54,7 +54,7 @@ class Scene:
         return self.mesh.triangles[:, :3]
 
     def blocks(self) -> Markup:
-        """The numbers for the page's script."""
+        """The data for the page's script."""
         mesh, origin = self.mesh, self.mesh.points.min(axis=0)
         extent = float(np.ptp(mesh.points, axis=0).max())
         order = np.argsort(mesh.facet_labels, kind="stable")
@@ -72,11 +72,12 @@ class Scene:
         )
 
     def _diagonals(self) -> NDArray[np.uint32]:
-        """Sides (2 q,) of triangles that are diagonals of quadrilaterals: three times the triangle, and its side."""
+        """Sides (2 q,) of triangles that are diagonals of quadrilaterals, as 3 * triangle + side."""
         quads = self.mesh.quads
         return (3 * quads + diagonals(self.corners, quads)).ravel().astype(np.uint32)
 
     def _head(self, origin: Floats, extent: float, largest_ratio: float) -> dict[str, Any]:
+        """Counts, names, scales and colour tables, by which the script reads and draws the arrays."""
         mesh = self.mesh
         counts = np.bincount(mesh.facet_labels, minlength=len(mesh.labels))
         starts = np.cumsum(counts) - counts
@@ -119,7 +120,7 @@ def _table(scale: Colouring) -> str:
 def array_block(name: str, columns: NDArray[Any]) -> Markup:
     """Embed an array of unsigned integers (n,) or (n, k), column by column.
 
-    Bytes of the same rank resemble each other, so that they are compressed to far less when they stand together.
+    First come the lowest bytes of all numbers, then the next ones: similar bytes side by side compress far better.
     """
     flat = np.ascontiguousarray(columns.T).reshape(-1)
     planes = flat.astype(flat.dtype.newbyteorder("<")).view(np.uint8).reshape(-1, flat.dtype.itemsize).T
@@ -140,7 +141,7 @@ def fixed_point(values: Floats, low: float, high: float, kind: type = np.uint32)
 
 
 def relative(triangles: Integers) -> NDArray[np.uint32]:
-    """Nodes of triangles (t, 3) as small numbers: steps of the first node, and how far the others are from it.
+    """Nodes of triangles (t, 3) as small numbers: differences of first nodes, and of the others to their first one.
 
     Signs are folded into the lowest bit: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
     """

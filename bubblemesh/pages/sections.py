@@ -31,7 +31,7 @@ COLOURINGS = {
 
 
 def colourings(mesh: Mesh) -> Markup:
-    """Choices of what the colour of the triangles shows."""
+    """Buttons that choose what the colours of the triangles show."""
     names = [name for name in COLOURINGS if name != "region" or len(mesh.regions) > 1]
     first = standard_color(len(mesh.triangles))
     return html(*(tag("option", COLOURINGS[name], value=name, selected=name == first) for name in names))
@@ -64,7 +64,7 @@ def _scale(title: str, low: str, high: str) -> Markup:
 
 
 def labels(mesh: Mesh) -> Markup:
-    """The labels as buttons that let one stand out."""
+    """The labels as buttons, each of which highlights its label."""
     counts = np.bincount(mesh.facet_labels, minlength=len(mesh.labels)).tolist()
     items = []
     for k, (name, count) in enumerate(zip(mesh.labels, counts, strict=True)):
@@ -84,7 +84,7 @@ LARGEST = 3.0  # edge length over spacing that a histogram shows
 
 
 def histograms(scene: Scene, fields: Mapping[str, Floats]) -> Markup:
-    """Histograms of quality, angles, and edge length over the target spacing of the triangles; without layers."""
+    """Histograms of quality, angles, and edge length over target spacing of the triangles that are not in layers."""
     points, corners = scene.mesh.points, scene.corners[scene.packed]
     q, corner_angles = scene.quality.values[scene.packed], angles(points, corners)
     sides, _ = unique_edges(corners)
