@@ -21,15 +21,15 @@ from bubblemesh.messages import shown, unknown
 from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
 from bubblemesh.records import record
 
-MANY = 10_000  # triangles that are too small to see each
+MANY = 10_000  # triangles, from which on each is too small to be seen
 OUTER = 0.01  # share of the triangles beyond either end of a scale
-# The one scale of quality, in pictures and pages: good triangles are pale, so that the bad ones are what one sees, in
-# order of lightness, so that colour-blind readers tell them as well.
+# The one scale of quality, in pictures and pages. Good triangles are pale, so that bad ones stand out; the colours are
+# ordered by lightness, for colour-blind readers.
 QUALITY = mpl.colormaps["YlGnBu_r"].copy()
 QUALITY.name = "quality"
 FIELD, RATIO = "viridis", "coolwarm"
-WIDE = 4.0  # largest over least size, from which the colours follow its logarithm
-NARROWEST = 3.0  # the same, so that small differences do not fill the scale
+WIDE = 4.0  # largest over least size, from which on the scale is logarithmic
+NARROWEST = 3.0  # least ratio of the ends of the scale, so that small differences do not fill it
 
 
 @record
@@ -41,7 +41,7 @@ class MeshData:
 
 
 def data_of(mesh: Mesh, fields: Mapping[str, Any]) -> MeshData:
-    """The data of a mesh with more of it, of triangles or of nodes by its length; CaseError if it is of neither."""
+    """Data of a mesh and further fields, each of triangles or nodes by its length; CaseError if it fits neither."""
     if not isinstance(fields, Mapping):
         raise CaseError(f"fields: must be a mapping of names to arrays (found {type(fields).__name__})")
     cells, points = dict(mesh.fields), dict[str, Floats]()
@@ -61,7 +61,7 @@ def data_of(mesh: Mesh, fields: Mapping[str, Any]) -> MeshData:
 class Colouring:
     """Values of the triangles and what their colours mean."""
 
-    values: Floats  # (t,), NaN where there is none; the index of its name for each triangle where there are names
+    values: Floats  # (t,): NaN where there is no value; indices of names if the quantity has names
     title: str
     colormap: Colormap
     limits: tuple[float, float]  # values at the ends of the colour map
@@ -75,7 +75,7 @@ class Colouring:
 
 
 def standard_color(count: int) -> str:
-    """Default quantity that colours show for so many triangles: their sizes where each is a speckle."""
+    """Default quantity of the colours for so many triangles: their size if they are too many to be seen."""
     return "quality" if count < MANY else "size"
 
 
@@ -84,8 +84,8 @@ def colouring_of(
 ) -> Colouring | None:
     """The colouring by a quantity of ``QUANTITIES`` or a field; None if the triangles have no colour of their own.
 
-    The colour map is ``quality`` or one that matplotlib knows; without limits, they follow from the values. A
-    PlotOptionError if the mesh does not have the quantity, or there is no such colour map.
+    The colour map is ``quality`` or one of matplotlib's. By default the limits follow from the values. PlotOptionError
+    if the mesh does not have the quantity, or there is no such colour map.
     """
     if color in ("none", "label"):
         if color == "label" and not mesh.labels:
@@ -117,10 +117,10 @@ def _by_region(mesh: Mesh) -> Colouring:
 
 
 def _by_size(mesh: Mesh, colormap: Colormap, limits: tuple[float, float] | None) -> Colouring:
-    """Colouring by the edge length of an equilateral triangle as large as those around."""
+    """Colouring by size: the side of an equilateral triangle with the mean area of the triangles around."""
     corners = mesh.triangles[:, :3]
     sizes = np.sqrt(4 / np.sqrt(3) * np.abs(signed_areas(mesh.points, corners)))
-    # The mean at each node, then that of each triangle's: the field is shown, not the scatter of its triangles.
+    # Means at the nodes, then means over the triangles: this shows the field without the scatter of single triangles.
     total = np.bincount(corners.ravel(), np.repeat(sizes, 3), len(mesh.points))
     count = np.bincount(corners.ravel(), minlength=len(mesh.points))
     sizes = (total / np.maximum(count, 1))[corners].mean(axis=1)
@@ -129,7 +129,7 @@ def _by_size(mesh: Mesh, colormap: Colormap, limits: tuple[float, float] | None)
 
 
 def _spread(sizes: Floats) -> tuple[float, float]:
-    """Limits of a scale that leaves out few sizes, and is wide enough for those that are nearly equal."""
+    """Limits of a scale that leaves out few sizes, and is not too narrow if all are nearly equal."""
     low, high = np.quantile(sizes, [OUTER / 10, 1 - OUTER / 10]).tolist()
     if high >= NARROWEST * low:
         return low, high
@@ -152,7 +152,7 @@ def _spacing_ratios(mesh: Mesh, data: MeshData) -> Floats:
 
 
 def _field(mesh: Mesh, data: MeshData, name: str) -> tuple[Floats, str]:
-    """Values (t,) of a field and what to call them; a vector's is its length, a node's the mean of the corners'."""
+    """Values (t,) of a field, and their name: lengths of vectors; means of the corners if the field is one of nodes."""
     values = data.cells.get(name, data.points.get(name))
     if values is None:
         known = dict.fromkeys((*QUANTITIES, *data.cells, *data.points))
@@ -205,19 +205,19 @@ def add_colour_bar(axes: Axes, triangles: ScalarMappable, colouring: Colouring, 
         _tell_decades(bar, high / low)
     told = f"   (mean {np.nanmean(values):.3f}, min {np.nanmin(values):.3f})" if style.figures else ""
     bar.set_label(colouring.title + told, color=INK, parse_math=False)
-    # Else matplotlib makes a bitmap of the scale; edges of the faces' own colour close the hairlines in it.
+    # By default matplotlib makes a bitmap of the scale; edges in the colours of the faces close the hairlines in it.
     bar.solids.set(rasterized=False, edgecolor="face")  # type: ignore[union-attr]
     bar.outline.set_visible(False)
     size = 0.9 * float(mpl.rcParams["font.size"])
     bar.ax.tick_params(color=INK, labelcolor=INK, labelsize=size, width=0.5)
 
 
-# First digits of the numbers at a logarithmic scale, for which there is room up to some ratio of its ends.
+# First digits of the numbers along a logarithmic scale, by the largest ratio of its ends up to which they have room.
 DIGITS = {10: (1, 2, 3, 4, 5, 6, 8), 1000: (1, 2, 5), float("inf"): (1,)}
 
 
 def _tell_decades(bar: Any, ratio: float) -> None:
-    """Have a logarithmic scale, whose ends have this ratio, tell plain numbers for which there is room."""
+    """Write plain numbers along a logarithmic scale, as many as have room; ``ratio`` is that of its ends."""
     bar.locator = LogLocator(subs=next(digits for most, digits in DIGITS.items() if ratio <= most))
     bar.minorlocator = NullLocator()
     bar.formatter = FuncFormatter(lambda value, position: f"{value:g}")

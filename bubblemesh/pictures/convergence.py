@@ -13,7 +13,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.pictures.plots import save_figure
 from bubblemesh.pictures.styles import INK
 
-MOST_NAMED = 20  # lines that the legend tells
+MOST_NAMED = 20  # lines that the legend names
 DASHES = ("-", "--", ":", "-.")
 COLOURS = "cividis"
 
@@ -27,12 +27,12 @@ class Course(NamedTuple):
 
 
 def draw_convergence(courses: Sequence[Course], path: Path) -> None:
-    """Draw the courses into a file; errors as of `save_figure`."""
+    """Draw the courses into a file; the same errors as `save_figure`."""
     save_figure(convergence_figure(courses), path)
 
 
 def convergence_figure(courses: Sequence[Course]) -> Figure:
-    """Figure with a line for each course, of which the first ones are named; 1 - q falls along a logarithmic scale."""
+    """Figure with a line of 1 - q, on a logarithmic scale, for each course; the legend names the first ones."""
     named = len(courses) <= MOST_NAMED
     figure = Figure(figsize=(7.5 if named else 6.0, 4.2), layout="constrained")
     FigureCanvasAgg(figure)

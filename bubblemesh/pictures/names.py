@@ -16,9 +16,9 @@ ABOVE = 6  # points from a mark to its name
 
 
 def add_names(axes: Axes, mesh: Mesh) -> None:
-    """Write the names of regions into them, if there are several, and those of labelled points beside a mark.
+    """Write the names of regions, if there are several, into them, and those of labelled points beside a mark.
 
-    Where there are very many they would cover the picture, and are left out.
+    If there are so many that they would cover the picture, they are left out.
     """
     if 1 < len(mesh.regions) <= MOST_REGIONS:
         for index, name in enumerate(mesh.regions):
@@ -35,7 +35,7 @@ def add_names(axes: Axes, mesh: Mesh) -> None:
 def inmost(mesh: Mesh, region: int) -> Floats:
     """Centre (2,) of the triangle of a region that is far from the region's rim and from all that is labelled.
 
-    Of those that are nearly as far as the farthest it is the one nearest to the region's middle.
+    Of all triangles that are nearly as far as the farthest, it is the one nearest to the region's middle.
     """
     mine = mesh.triangles[mesh.triangle_regions == region, :3]
     pairs, counts = unique_edges(mine)
@@ -48,6 +48,7 @@ def inmost(mesh: Mesh, region: int) -> Floats:
 
 
 def _write(axes: Axes, place: Floats, text: str, above: float) -> None:
+    """Write a text ``above`` points above a place."""
     axes.annotate(
         text,
         (float(place[0]), float(place[1])),

@@ -19,7 +19,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.pictures.colouring import Colouring
 from bubblemesh.pictures.styles import INK, LABEL_COLOURS
 
-MOST_APART = 8  # labels that are told apart unless asked for
+MOST_APART = 8  # labels that have colours of their own by default
 MOST_ENTRIES = 24  # of a legend
 IN_A_ROW = 5
 LINE = 2.2  # points, in the legend
@@ -29,11 +29,22 @@ DASHES: tuple[Any, ...] = ("solid", (0, (4, 1.5)), (0, (1, 1)))
 def add_outlines(
     axes: Axes, mesh: Mesh, box: Floats, *, told_apart: bool, all_labels: bool, width: float
 ) -> list[tuple[str, LineCollection]]:
-    """Draw the boundary and the labelled edges; name and lines of each label that has a colour of its own.
+    """Draw the boundary and the labelled edges, and return name and lines of each label with a colour of its own.
 
-    Labels outside of the box, the lower left and upper right corner (2, 2) of what is shown, are left out. They are
-    ``told_apart`` if there are few, or ``all_labels`` however many: lines are dashed once the colours are used up. The
-    width is in points.
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    mesh
+        The mesh.
+    box
+        Lower left and upper right corner (2, 2) of what is shown; labels outside are left out.
+    told_apart
+        Whether labels get colours of their own, if they are few.
+    all_labels
+        Whether they get them however many they are; lines are dashed when the colours are used up.
+    width
+        Width of the lines in points.
     """
     if not told_apart or (len(mesh.labels) > MOST_APART and not all_labels):
         _add(axes, mesh, np.concatenate([mesh.facets[:, :2], _unlabelled(mesh)]), width, INK)
@@ -58,7 +69,7 @@ def _add(axes: Axes, mesh: Mesh, pairs: Integers, width: float, color: str, dash
 
 
 def _unlabelled(mesh: Mesh) -> Integers:
-    """Boundary edges (b, 2) that are no facets."""
+    """Boundary edges (b, 2) that are not facets."""
     pairs, counts = unique_edges(mesh.triangles[:, :3])
     boundary, n = pairs[counts == 1], len(mesh.points)
     labelled = edge_keys(np.sort(mesh.facets[:, :2], axis=1), n)
@@ -66,7 +77,7 @@ def _unlabelled(mesh: Mesh) -> Integers:
 
 
 def add_legend(axes: Axes, outlines: Sequence[tuple[str, LineCollection]], colouring: Colouring | None) -> None:
-    """Add what the colours of lines and regions are called."""
+    """Add a legend with the names of lines and regions."""
     entries: list[tuple[str, Artist]] = []
     if colouring is not None and colouring.names:
         entries += [
@@ -85,6 +96,7 @@ def add_legend(axes: Axes, outlines: Sequence[tuple[str, LineCollection]], colou
 
 
 def _legend(axes: Axes, entries: Sequence[tuple[str, Artist]], columns: int) -> Legend:
+    """Legend of names and artists below the axes, in some columns."""
     legend = axes.legend(
         [handle for _, handle in entries],
         [name for name, _ in entries],
@@ -103,7 +115,7 @@ def _legend(axes: Axes, entries: Sequence[tuple[str, Artist]], columns: int) -> 
 
 
 def _below(axes: Axes) -> float:
-    """Points below the axes from which there is room."""
+    """Distance in points below the axes from which on there is room."""
     return 2 + (1.6 * float(mpl.rcParams["font.size"]) if axes.axison else 0)
 
 

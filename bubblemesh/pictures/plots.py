@@ -1,4 +1,4 @@
-"""Pictures of meshes. The module imports matplotlib, and is to be imported where a picture is drawn."""
+"""Pictures of meshes. The module imports matplotlib: import it only where a picture is drawn."""
 
 import io
 from collections.abc import Iterator, Sequence
@@ -39,7 +39,7 @@ MOST_PIXELS = 30_000
 TALL, TALL_IN_COLUMN = 1 / 1.6, 1.6  # height over width
 COLOURS = 256
 TICKS = 5  # numbers along the longer side, at most
-FEWEST_PIXELS = 2.0  # length of an edge below which edges only darken the picture
+FEWEST_PIXELS = 2.0  # length of edges, in pixels, below which they would only darken the picture
 EDGE_SHARE, BOUNDARY_SHARE, NODE_SHARE = 0.025, 0.15, 0.22  # of the edges' length
 LARGEST_ELLIPSE = 10.0  # axes that are drawn, in terms of the size of the mesh
 ELLIPSE = "#d1495b"
@@ -47,7 +47,7 @@ STANDARD = PlotOptions()
 
 
 def draw_mesh(mesh: Mesh, path: Path, options: PlotOptions = STANDARD, data: MeshData = NO_DATA) -> Figure:
-    """Draw a mesh into a file, and return the picture as a figure; the errors of `mesh_figure` and `save_figure`."""
+    """Draw a mesh into a file, and return the figure; the same errors as `mesh_figure` and `save_figure`."""
     require_picture(path)
     figure = mesh_figure(mesh, options, data)
     save_figure(figure, path, options)
@@ -55,7 +55,7 @@ def draw_mesh(mesh: Mesh, path: Path, options: PlotOptions = STANDARD, data: Mes
 
 
 def require_picture(path: Path) -> None:
-    """Check that a path ends like a picture; else it is a CaseError."""
+    """Check that a path has the ending of a picture; CaseError if not."""
     if path.suffix.lower() not in METADATA:
         raise CaseError(f"{path}: unknown ending {path.suffix!r} for a picture: choose one of {', '.join(METADATA)}")
 
@@ -63,8 +63,8 @@ def require_picture(path: Path) -> None:
 def save_figure(figure: Figure, path: Path, options: PlotOptions = STANDARD) -> None:
     """Write a picture of a mesh, as `mesh_figure` makes it with the same options, as ``.png``, ``.svg`` or ``.pdf``.
 
-    The triangles of a large mesh become a bitmap inside the latter two. CaseError if the path ends otherwise, FileError
-    if the file cannot be written.
+    The triangles of a large mesh become a bitmap inside the latter two. CaseError if the path has another ending,
+    FileError if the file cannot be written.
     """
     require_picture(path)
     with _drawing(options), transaction(path.parent) as staging:
@@ -75,9 +75,9 @@ def save_figure(figure: Figure, path: Path, options: PlotOptions = STANDARD) -> 
 def mesh_figure(
     mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO_DATA, also: Sequence[PlotOptions] = ()
 ) -> Figure:
-    """Picture of a mesh, with data for ``options.color``; CaseError if an option asks for what there is not.
+    """Picture of a mesh, with data for ``options.color``; CaseError if an option asks for something that is missing.
 
-    Pictures of it by other options are panels beside the first one if it is tall, or else below it.
+    For each of the options ``also``, a further picture is beside the first one if that is tall, else below it.
     """
     options.check()
     with _drawing(options):
@@ -90,17 +90,17 @@ def mesh_figure(
 
 
 def draw_into(axes: Axes, mesh: Mesh, options: PlotOptions = STANDARD, data: MeshData = NO_DATA) -> None:
-    """Draw a mesh into axes of a figure; errors as of `mesh_figure`."""
+    """Draw a mesh into axes of a figure; the same errors as `mesh_figure`."""
     options.check()
     x0, y0, x1, y1 = box_of(mesh, options.view)
     place = axes.get_window_extent()
     inches = min(place.width / (x1 - x0), place.height / (y1 - y0)) / axes.figure.dpi
     with _drawing(options):
-        _draw(axes, mesh, options, data, float(inches), aside=True)  # below may be other axes
+        _draw(axes, mesh, options, data, float(inches), aside=True)  # as there may be other axes below
 
 
 def _draw(axes: Axes, mesh: Mesh, options: PlotOptions, data: MeshData, inches_per_unit: float, *, aside: bool) -> None:
-    """Draw all parts of a picture, on which a unit of length takes so many inches, with the scale beside or below."""
+    """Draw all parts of a picture with so many inches per unit of length; the scale is ``aside`` or below."""
     style, box = options.look, box_of(mesh, options.view)
     shown = _in_view(mesh, options.view)
     color = options.color or standard_color(int(shown.sum()))
@@ -126,14 +126,14 @@ def _draw(axes: Axes, mesh: Mesh, options: PlotOptions, data: MeshData, inches_p
 
 
 def small_png(mesh: Mesh, options: PlotOptions, data: MeshData = NO_DATA) -> bytes:
-    """Picture of a mesh, as of `png_of`; errors as `mesh_figure`."""
+    """Picture of a mesh as a small PNG (`png_of`); the same errors as `mesh_figure`."""
     return png_of(mesh_figure(mesh, options, data), options)
 
 
 def png_of(figure: Figure, options: PlotOptions) -> bytes:
     """A figure as PNG of few colours, which takes a quarter of the bytes.
 
-    It is compressed once, and not as far as can be: the last 5 % of the bytes would take twice as long as all else.
+    It is compressed once, and not as far as possible: the last 5 % of the bytes would take twice as long as all else.
     """
     full, small = io.BytesIO(), io.BytesIO()
     with _drawing(options):
@@ -147,7 +147,7 @@ def png_of(figure: Figure, options: PlotOptions) -> bytes:
 
 @contextmanager
 def _drawing(options: PlotOptions) -> Iterator[None]:
-    """Draw in the fonts of the style; a letter that they do not have becomes a box, without words."""
+    """Within the block, draw in the fonts of the style; a letter that they lack becomes a box, without a warning."""
     with warnings_are("ignore", "Glyph .* missing"), mpl.rc_context(FIXED | options.look.settings):
         yield
 
@@ -205,10 +205,10 @@ def _sheet(box: View, options: PlotOptions, down: int = 1, across: int = 1) -> t
 
 
 def _cropped(figure: Figure, options: PlotOptions) -> Bbox:
-    """The part of the figure to keep: all that is drawn, or the whole width where one is asked for."""
+    """Part of the figure to keep: all that is drawn, or the whole width if the options give one."""
     if (layout := figure.get_layout_engine()) is not None:
         layout.execute(figure)
-        figure.set_layout_engine("none")  # all has its place now: to find it again takes longer than to draw
+        figure.set_layout_engine("none")  # all places are known: a second layout would take longer than the drawing
     drawn = figure.get_tightbbox()
     if options.whole_width is not None:
         return Bbox([[0, drawn.y0 - NARROW_MARGIN], [figure.get_figwidth(), drawn.y1 + NARROW_MARGIN]])
@@ -226,20 +226,20 @@ def _add_triangles(
 ) -> PolyCollection:
     """Draw the triangles, and the nodes where asked for; ``edge`` is the edges' typical length in inches."""
     style, points = options.look, edge * POINTS_PER_INCH
-    # An array is drawn much faster than a list of arrays, but matplotlib's annotations do not know it.
+    # An array is drawn much faster than a list of arrays, but is missing in matplotlib's type annotations.
     corners: Any = mesh.points[mesh.triangles[shown, :3]]
     seen = len(corners) < MANY and edge * axes.figure.dpi >= FEWEST_PIXELS
     visible = seen if options.edges is None else options.edges
     width = float(np.clip(EDGE_SHARE * points, *style.edges))
     if visible:
         triangles = PolyCollection(corners, edgecolors="face" if len(mesh.quads) else INK, linewidths=width)
-    elif len(corners) >= MANY:  # faces without soft rims leave no hairlines between them
+    elif len(corners) >= MANY:  # without antialiasing there are no hairlines between faces
         triangles = PolyCollection(corners, edgecolors="none", antialiaseds=False)
-    else:  # edges of the faces' own colour close the hairlines between them
+    else:  # edges in the colours of the faces close the hairlines
         triangles = PolyCollection(corners, edgecolors="face", linewidths=0.1)
     triangles.set_rasterized(len(corners) > style.most_vectors)
     axes.add_collection(triangles)
-    if visible and len(mesh.quads):  # upon the triangles, since the diagonals of quadrilaterals are no edges
+    if visible and len(mesh.quads):  # drawn apart, since the diagonals of quadrilaterals are not edges
         _add_cell_edges(axes, mesh, shown, width, rasterized=len(corners) > style.most_vectors)
     if colouring is None:
         triangles.set_facecolor(BARE)
@@ -256,14 +256,14 @@ def _add_triangles(
 
 
 def _add_ellipses(axes: Axes, mesh: Mesh, shown: Booleans, data: MeshData, edge: float) -> None:
-    """Draw the ellipse of each node, as wide as its neighbours should be apart; PlotOptionError without a metric."""
+    """Draw an ellipse at each node, with the requested distances to neighbours; PlotOptionError without a metric."""
     tensors = tensors_in(data.cells)
     if tensors is None:
         raise PlotOptionError("ellipses", f"the mesh has no metric: its triangles need the data {', '.join(ENTRIES)}")
     nodes = np.unique(mesh.triangles[shown, :3])
     across, along, direction = axes_of(node_tensors(mesh.triangles, tensors, len(mesh.points))[nodes])
     angle = np.degrees(np.arctan2(direction[:, 1], direction[:, 0]))
-    # Of those far larger than the picture no more is seen, but they take long to draw.
+    # Ellipses far larger than the picture take long to draw, and nothing more would be seen of them.
     along, across = (np.minimum(size, LARGEST_ELLIPSE * np.ptp(mesh.points, axis=0).max()) for size in (along, across))
     width = float(np.clip(EDGE_SHARE * edge * POINTS_PER_INCH, 0.2, 0.8))
     ellipses = EllipseCollection(
@@ -298,7 +298,7 @@ def _arrange(axes: Axes, box: View, options: PlotOptions) -> None:
 
 
 def _tell_coordinates(axes: Axes, size: float) -> None:
-    """Numbers along two sides, as messages write places in a domain of this size."""
+    """Write coordinates along two sides, with as many digits as messages have in a domain of this size."""
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     for axis, extent in ((axes.xaxis, x1 - x0), (axes.yaxis, y1 - y0)):
         axis.set_major_locator(MaxNLocator(max(round(TICKS * extent / size), 1), steps=[1, 2, 5, 10]))

@@ -1,4 +1,4 @@
-"""Pictures of rings before and after a repair. The module imports matplotlib, to be imported where one is drawn."""
+"""Pictures of rings before and after a repair. The module imports matplotlib: import it only where one is drawn."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,9 +24,9 @@ MARGIN = 0.03  # of the size
 def draw_repairs(
     domain: shapely.Geometry, before: Sequence[Floats], places: Sequence[tuple[float, float]], path: Path
 ) -> None:
-    """Draw rings (m, 2) as they were, and the domain that came of them, with places of changes.
+    """Draw rings (m, 2) before a repair and the domain after it, with the places of changes.
 
-    CaseError if the path ends unlike a picture, FileError if it cannot be written.
+    CaseError if the path does not have the ending of a picture, FileError if it cannot be written.
     """
     save_figure(repairs_figure(domain, before, places), path)
 

@@ -1,4 +1,4 @@
-"""Pictures of a spacing. The module imports matplotlib, and is to be imported where a picture is drawn."""
+"""Pictures of a spacing. The module imports matplotlib: import it only where a picture is drawn."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,10 +21,10 @@ from bubblemesh.pictures.outlines import add_legend
 from bubblemesh.pictures.plots import box_of, is_tall, mesh_figure, require_picture, save_figure
 from bubblemesh.pictures.styles import INK, PlotOptions
 
-UNIFORM = 1e-6  # relative: nearly equal values have one colour
+UNIFORM = 1e-6  # relative difference up to which all values have one colour
 ASIDE = 9  # points from a mark to its text
 LITTLE = 0.01  # share of the area
-# Of what sets the spacing: told apart by colour-blind readers, by lightness too.
+# Colours of what sets the spacing: they also differ in lightness, for colour-blind readers.
 SETTERS = (
     "#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288", "#aa4499", "#44aa99", "#999933", "#882255", "#bbbbbb",
     "#661100", "#6699cc",
@@ -36,7 +36,7 @@ Extreme = tuple[float, tuple[float, float]]
 def draw_spacing(
     mesh: Mesh, spacing: Floats, extremes: tuple[Extreme, Extreme], path: Path, title: str, ruling: Sequence[str] = ()
 ) -> None:
-    """Draw a spacing into a file; arguments as of `spacing_figure`, errors as of `save_figure`."""
+    """Draw a spacing into a file; the arguments of `spacing_figure`, the errors of `save_figure`."""
     require_picture(path)
     save_figure(spacing_figure(mesh, spacing, extremes, title, ruling), path)
 
@@ -48,11 +48,20 @@ def spacing_figure(
     title: str | None = None,
     ruling: Sequence[str] = (),
 ) -> Figure:
-    """Filled colour map of a spacing (n,) at the nodes of a mesh that is fine enough to show it, with the boundary.
+    """Filled colour map of a spacing, with the boundary and the names of labels, regions and points.
 
-    Labels, regions and points have their names.
-    The extremes, the least and the largest value with their places (x, y), are marked if they differ.
-    What is ``ruling`` (t,), the names of what sets the spacing in each triangle, has a panel of its own if it differs.
+    Parameters
+    ----------
+    mesh
+        A mesh that is fine enough to show the spacing.
+    spacing
+        Values (n,) at its nodes.
+    extremes
+        The least and the largest value with their places (x, y), which are marked if they differ.
+    title
+        Title of the figure.
+    ruling
+        Names (t,) of what sets the spacing in each triangle; they have a panel of their own if they differ.
     """
     options = PlotOptions(color="label" if mesh.labels else "none", edges=False, title=title)
     divided = len(set(ruling)) > 1
@@ -63,7 +72,7 @@ def spacing_figure(
     (low, _), (high, _) = extremes
     uniform = high - low <= UNIFORM * high
     norm = LogNorm(low, high) if high > WIDE * low else Normalize(low, high)
-    if uniform:  # rounding is not to fill the scale
+    if uniform:  # rounding errors must not fill the scale
         norm = Normalize(0.99 * low, 1.01 * high)
     triangles = Triangulation(mesh.points[:, 0], mesh.points[:, 1], mesh.triangles)
     colours = axes.tripcolor(triangles, spacing, shading="gouraud", cmap=FIELD, norm=norm, rasterized=True, zorder=1.5)
@@ -101,7 +110,7 @@ def _percent(share: float) -> str:
 
 
 def _mark(axes: Axes, place: tuple[float, float], marker: str, text: str) -> None:
-    """A mark, with its text on the side where there is room."""
+    """Add a mark, with its text on the side where there is room."""
     axes.plot(*place, marker, color="white", markersize=7, markeredgecolor=INK, markeredgewidth=1.2, zorder=5)
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     right, up = place[0] < (x0 + x1) / 2, place[1] < (y0 + y1) / 2

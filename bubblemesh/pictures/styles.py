@@ -16,28 +16,28 @@ View = tuple[float, float, float, float]
 """Part of the plane: x0, y0, x1, y1."""
 
 INK = "#22303c"
-SOFT = "#55636f"  # of what is beside the mesh
-BARE = "#eef3f6"  # of triangles whose colour shows nothing
-# Dark enough for thin lines on white, and pale enough for edges in ink upon them; told apart by colour-blind readers.
+SOFT = "#55636f"  # of texts and lines beside the mesh
+BARE = "#eef3f6"  # of triangles without a quantity
+# Dark enough for thin lines on white, pale enough under edges in ink, and distinct for colour-blind readers.
 LABEL_COLOURS = ("#1f5fa8", "#d1495b", "#2e8b57", "#8e44ad", "#c9820a", "#00798c", "#7f4f24", "#4a4e69")
 REGION_COLOURS = ("#cfe0f1", "#f4c9b4", "#d3dd8e", "#f6e5ae", "#f3c3d3", "#a5d8c9", "#c8c2e4", "#dcdcdc")
 SMALLEST, LARGEST = 10, 2400  # width in millimetres, and dots per inch
-LEAST_SHARE = 1e-12  # of the sides of a view in its largest coordinate: between shorter ones are no numbers to tell
+LEAST_SHARE = 1e-12  # shortest side of a view over its largest coordinate: rounding leaves no numbers in shorter ones
 
 
 @record
 class Style:
-    """Look of a picture; lengths of lines and letters are in points, 1/72 inch."""
+    """Look of a picture; widths of lines and heights of letters are in points, 1/72 inch."""
 
     width: float | None  # in millimetres; None to make the longer side of the mesh as long as ``long_side``
     long_side: float
     dpi: float  # of bitmaps, those inside of vector files included
-    most_vectors: int  # triangles of a mesh that a vector file holds as such; those of a larger one become a bitmap
+    most_vectors: int  # triangles in a vector file; those of a larger mesh become a bitmap
     edges: tuple[float, float]  # least and largest width; between them a fixed share of the edges' length
     boundary: tuple[float, float]  # the same of the boundary
-    labels: bool  # whether the boundary is coloured by label, unless asked otherwise
-    axes: bool  # whether coordinates stand beside the mesh, unless asked otherwise
-    figures: bool  # whether the colour bar tells mean and least value
+    labels: bool  # whether the boundary is coloured by label, by default
+    axes: bool  # whether coordinates are beside the mesh, by default
+    figures: bool  # whether the colour bar has mean and least value
     bar: float  # length of the colour bar over its width
     settings: Any  # of matplotlib, for fonts
 
@@ -47,13 +47,13 @@ SERIF = {"font.family": "STIXGeneral", "mathtext.fontset": "stix", "font.size": 
 QUANTITIES = ("quality", "size", "spacing", "label", "material", "none")  # that a picture shows of any mesh
 STYLES = {
     "screen": Style(None, 190.0, 120.0, 5000, (0.08, 0.5), (1.2, 2.2), True, True, True, 30.0, SANS),
-    # One column of a journal's page, lines just wide enough for print.
+    # One column of a journal's page, with lines just wide enough for print.
     "paper": Style(85.0, 190.0, 600.0, 20_000, (0.05, 0.25), (0.5, 0.8), False, False, False, 45.0, SERIF),
 }
 
 
 class PlotOptionError(CaseError):
-    """An option, by its name on the command line, has no such value, or asks for what the mesh does not have."""
+    """An option, named as on the command line, has a wrong value, or asks for something that the mesh lacks."""
 
     def __init__(self, option: str, problem: str) -> None:
         super().__init__(f"{option}: {problem}")
@@ -65,7 +65,7 @@ class PlotOptionError(CaseError):
 
 @record
 class PlotOptions:
-    """Options of a picture; what is None suits the mesh and the style."""
+    """Options of a picture; those that are None follow from the mesh and the style."""
 
     # ``quality``, ``size``, ``spacing``, ``label``, ``material``, ``none``, or the name of a field of the mesh; if None
     # the quality, or the size where triangles are too many to see each.
@@ -76,8 +76,8 @@ class PlotOptions:
     nodes: bool = False
     ellipses: bool = False  # of the metric in which the mesh was made, at its nodes
     labels: bool | None = None  # whether the boundary is coloured by label
-    axes: bool | None = None  # whether coordinates stand beside the mesh
-    view: View | None = None  # the whole mesh if None
+    axes: bool | None = None  # whether coordinates are beside the mesh
+    view: View | None = None  # if None, the whole mesh
     title: str | None = None
     style: str = "screen"  # key of ``STYLES``
     width: float | None = None  # in millimetres
@@ -94,7 +94,7 @@ class PlotOptions:
         return self.width or self.look.width
 
     def check(self) -> None:
-        """Refuse values that no picture can have, by a PlotOptionError."""
+        """Check the values; PlotOptionError for one that no picture can have."""
         if self.color == "":
             raise PlotOptionError("color", f"must not be empty: give {', '.join(QUANTITIES)}, or a field of the mesh")
         if self.style not in STYLES:
@@ -110,7 +110,7 @@ class PlotOptions:
 
 
 def plot_options(given: Mapping[str, Any]) -> PlotOptions:
-    """Options of a picture by their names, which may be arrays of numbers; a CaseError if one is unknown."""
+    """Options of a picture by their names; their values may be arrays of numbers. CaseError if a name is unknown."""
     known = [field.name for field in fields(PlotOptions)]
     for name in given:
         if name not in known:
@@ -119,7 +119,7 @@ def plot_options(given: Mapping[str, Any]) -> PlotOptions:
 
 
 def _check_view(view: Any) -> None:
-    """Refuse a part of the plane that no picture can show, by a PlotOptionError."""
+    """Check a part of the plane; PlotOptionError if no picture can show it."""
     if not _ascending(view, 2):
         raise PlotOptionError("view", f"give numbers x0 y0 x1 y1 with x0 < x1 and y0 < y1 (found {view!r})")
     largest = max(map(abs, view))
@@ -130,7 +130,7 @@ def _check_view(view: Any) -> None:
 
 
 def _ascending(given: Any, pairs: int) -> bool:
-    """Whether a value is so many finite numbers, and as many greater ones, each than its own."""
+    """Whether a value is ``pairs`` finite numbers, and after them as many again, each greater than its counterpart."""
     if not (isinstance(given, list | tuple) and len(given) == 2 * pairs and all(map(is_real, given))):
         return False
     return all(-math.inf < low < high < math.inf for low, high in zip(given[:pairs], given[pairs:], strict=True))

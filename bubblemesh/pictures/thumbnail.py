@@ -9,7 +9,7 @@ from bubblemesh.pictures.colouring import MeshData
 from bubblemesh.pictures.plots import small_png
 from bubblemesh.pictures.styles import PlotOptions
 
-MOST_DRAWN = 200_000  # triangles; more take too long for a picture that nobody has asked for
+MOST_DRAWN = 200_000  # triangles; more take too long for a picture that comes unasked
 SMALL = PlotOptions(width=100, dpi=110, axes=False)
 
 
