@@ -1,4 +1,4 @@
-"""The command line; each command is one call into the package, which is loaded only then."""
+"""The command line. A command loads only the parts of the package that it needs, when it runs."""
 
 from typing import Annotated
 
@@ -38,4 +38,4 @@ def main() -> None:
     """Run the command."""
     expendable_messages()
     with signals_obeyed():
-        app(prog_name="bubblemesh")  # also with python -m: the shells complete a command of this name
+        app(prog_name="bubblemesh")  # the name that shells complete, also with python -m

@@ -1,4 +1,4 @@
-"""Commands on cases: to mesh one or many, to tell what that would take, and to write one."""
+"""Commands on cases: to mesh one or many, to estimate what that would take, and to write one."""
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
@@ -67,7 +67,7 @@ def run(
     if picture is not None and not dry_run:
         raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
     loaded = case_at(case, overrides, untrusted)
-    # Workers start while the rest is loaded here; the folder of parts, to which they write, goes after them.
+    # Workers start while the rest is loaded here; the folder of parts, to which they write, is removed after they end.
     with ExitStack() as outlasting, crew_for(loaded, jobs, cluster, at_once=not dry_run) as crew:
         from bubblemesh.run import pipeline
         from bubblemesh.run.destination import OutputOptions
@@ -240,7 +240,7 @@ def init(
 
 
 def case_at(case: str, overrides: Overrides, untrusted: bool, text: str | None = None) -> "Case":
-    """Case of a file, or - for the standard input unless its text is known, with the options over it."""
+    """Case of a file, or of the standard input for ``-`` unless its text is given, with the options over it."""
     from bubblemesh.case import load_case
 
     text = read_input() if case == "-" and text is None else text
@@ -248,7 +248,7 @@ def case_at(case: str, overrides: Overrides, untrusted: bool, text: str | None =
 
 
 def with_formats(case: "Case", options: "OutputOptions") -> "Case":
-    """The case with the formats that the options ask for, if they do, as its report is to tell them."""
+    """The case with the formats that the options ask for, if any, as its report shows them."""
     if not options.formats:
         return case
     output = case.output.model_copy(update={"formats": options.formats, "solver": None})
@@ -256,9 +256,9 @@ def with_formats(case: "Case", options: "OutputOptions") -> "Case":
 
 
 def crew_for(case: "Case", jobs: int | None, cluster: str | None, *, at_once: bool) -> "AbstractContextManager[Crew]":
-    """Who packs the parts of a case: worker processes, here or on a cluster; this process, if there is one part.
+    """Crew that packs the parts of a case: worker processes, here or on a cluster, or this process for one part.
 
-    Processes are started ``at_once``, or for the first part.
+    Worker processes are started ``at_once``, or for the first part.
     """
     if case.parts is None:
         from bubblemesh.parts.work import alone
@@ -275,7 +275,7 @@ def crew_for(case: "Case", jobs: int | None, cluster: str | None, *, at_once: bo
 
         console.warn([message])
 
-    # With parts: auto one part may be enough, and they start in vain: most who ask for parts have large meshes.
+    # With `parts: auto` one part may be enough, and they start in vain; but who asks for parts mostly has a large mesh.
     ahead = PACKING if at_once and case.parts != 1 else None
     return crew_of(workers_at(jobs, cluster), warn, ahead, MANY if case.parts == "auto" else case.parts)
 
@@ -289,7 +289,7 @@ def destination_of(
     *,
     in_slices: bool = False,
 ) -> "Destination | StreamDestination":
-    """Destination of the results, as of `destination`; errors as of `mesh_stream` if that is the standard output."""
+    """Destination of the results, by `destination` and, for the standard output, `mesh_stream`, with their errors."""
     from bubblemesh.run.destination import destination, require_fitting_coordinates, stream_destination
 
     if options.output != "-":
@@ -307,7 +307,7 @@ def deliver(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Mesh a case from a source, write the result, tell of it, and check it against what the case requires.
+    """Mesh a case from a source, write and print the result, and check it against what the case requires.
 
     FileError before the work if the result cannot be written.
     """
@@ -331,7 +331,7 @@ def deliver(
 
 
 def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool, quiet: bool) -> None:
-    """Tell what meshing the case would take, and draw its spacing if a picture is named."""
+    """Print what meshing the case would take, and draw its spacing if a picture is named."""
     from bubblemesh import console
     from bubblemesh.console import report
     from bubblemesh.problem.prepare import prepare
@@ -355,7 +355,7 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
 
 
 def tell_previews(entries: "Sequence[Entry]", as_json: bool, quiet: bool) -> None:
-    """Tell what meshing each of many cases would take, without any file; the exit code is the largest of theirs."""
+    """Print what meshing each of many cases would take; nothing is written. The exit code is the largest of theirs."""
     from bubblemesh import batch as many
     from bubblemesh.console.batch import PreviewLines
 

@@ -1,4 +1,4 @@
-"""Words with which the shells complete the values of options, from the tables that know them."""
+"""Words with which shells complete the values of options, from the tables of methods, formats and solvers."""
 
 from collections.abc import Callable, Iterable
 
@@ -6,7 +6,7 @@ Complete = Callable[[str], list[str]]
 
 
 def _beginning(words: Callable[[], Iterable[str]]) -> Complete:
-    """Function that gives those of the words that begin like what was typed."""
+    """Function that returns the words which begin with what was typed."""
 
     def complete(incomplete: str) -> list[str]:
         return [word for word in words() if word.startswith(incomplete)]

@@ -1,4 +1,4 @@
-"""Errors and signals that end a command become a message and an exit code."""
+"""Messages and exit codes for the errors and signals that end a command."""
 
 import os
 import signal
@@ -18,7 +18,7 @@ from bubblemesh.messages import printable
 
 SIGNALS = signal.SIGINT, signal.SIGTERM
 
-USAGE_ERRORS = typer.BadParameter.__bases__  # options and arguments that do not fit, which Typer tells of
+USAGE_ERRORS = typer.BadParameter.__bases__  # errors of Typer on wrong options and arguments
 
 received: list[int] = []  # signals that ask to end
 
@@ -26,13 +26,14 @@ received: list[int] = []  # signals that ask to end
 class Interrupted(BaseException):
     """A signal asks to end.
 
-    Python itself ends a process by its signal, whatever the exit code, once a KeyboardInterrupt has met compiled code.
+    It is not a KeyboardInterrupt: after one that has passed through compiled code, Python ends the process by the
+    signal, whatever the exit code.
     """
 
 
 @contextmanager
 def signals_obeyed() -> Iterator[None]:
-    """Ctrl-C, or a request to terminate, ends what runs inside with exit code 130 and no half files."""
+    """Within the block, Ctrl-C or a request to terminate ends the process with exit code 130, without half files."""
     for number in SIGNALS:
         signal.signal(number, interrupt)
     sys.unraisablehook = _tell_of_dropped
@@ -42,34 +43,34 @@ def signals_obeyed() -> Iterator[None]:
         typer.echo("error: interrupted", err=True)
         sys.exit(INTERRUPTED)
     finally:
-        # What was asked for is done or given up: the exit code is not to change while Python shuts down.
+        # The work is done or given up: the exit code must not change while Python shuts down.
         for number in SIGNALS:
             signal.signal(number, signal.SIG_IGN)
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
-    """Note the signal, and leave whatever is running; what is being told is told to its end (see `heed`)."""
+    """Note the signal, and leave whatever is running; a message that is being printed is finished (see `heed`)."""
     received.append(number)
     if not _telling():
         raise Interrupted
 
 
 def _telling() -> bool:
-    """Whether a message is on its way to the terminal, which would show no other one if that ended in the middle."""
+    """Whether a message is being printed: the terminal would stay silent if that ended in the middle."""
     console = sys.modules.get("bubblemesh.console")
     return getattr(getattr(console, "terminal", None), "busy", False)
 
 
 def _tell_of_dropped(what: Any) -> None:
-    """Tell of an exception where nobody can catch it, such as in a finalizer, unless it is a signal's (see `heed`)."""
+    """Print an exception that nobody can catch, such as in a finalizer, unless it is that of a signal (see `heed`)."""
     if what.exc_type is not Interrupted:
         sys.__unraisablehook__(what)
 
 
 def heed() -> None:
-    """Leave after all if a signal could not end what was running, or a library has dropped its exception.
+    """Raise the exception of a signal now, if it could not be raised before or was dropped by a library.
 
-    Pydantic does so between two types, Python in finalizers.
+    Pydantic drops exceptions when it tries several types, Python does so in finalizers.
     """
     if received:
         raise Interrupted
@@ -88,12 +89,12 @@ def reported() -> Iterator[None]:
         raise failed("interrupted", INTERRUPTED) from None
     except MemoryError:
         raise failed(OUT_OF_MEMORY, LimitError.exit_code) from None
-    except BrokenPipeError:  # of the standard output: the error stream gives up by itself
-        # Whatever is still buffered cannot be delivered; closing the real stream would complain again.
+    except BrokenPipeError:  # of the standard output: the error stream drops its messages by itself
+        # What is still buffered cannot be written; closing the real stream would raise the error again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise failed("the reader of the standard output has gone", FileError.exit_code) from None
     except Exception as error:
-        if received:  # a library that was being loaded may turn the interrupt into any other error
+        if received:  # a library that was being loaded may have turned the interrupt into any error
             raise failed("interrupted", INTERRUPTED) from None
         if getattr(error, "errno", None) in TOO_MANY_FILES:
             raise failed(f"{reason(error)}: {MORE_FILES}", FileError.exit_code) from None
@@ -106,7 +107,7 @@ def reported() -> Iterator[None]:
 
 
 def failed(message: str, exit_code: int = BubblemeshError.exit_code) -> typer.Exit:
-    """Say why the command ends, and give the exception that ends it."""
+    """Print why the command ends, and return the exception that ends it."""
     from bubblemesh import console
 
     console.fail(message)
@@ -114,7 +115,7 @@ def failed(message: str, exit_code: int = BubblemeshError.exit_code) -> typer.Ex
 
 
 class Commands(TyperGroup):
-    """The commands; what Typer itself writes, messages on options and help, ends as all others do."""
+    """The commands; errors while Typer itself writes, messages on options and help, end as all others do."""
 
     def make_context(self, *arguments: Any, **options: Any) -> Any:
         """Context of the command line as a whole."""
@@ -129,11 +130,11 @@ class Commands(TyperGroup):
 
 @contextmanager
 def _as_ours() -> Iterator[None]:
-    """Have usage errors show what steers a terminal as escapes, and help that cannot be written a message."""
+    """Within the block, print control characters in usage errors as escapes, and report help that cannot be written."""
     try:
         yield
     except (BrokenPipeError, SystemExit) as end:
-        if getattr(end, "code", 1) != 1:  # with which Rich ends the process where the reader has gone
+        if getattr(end, "code", 1) != 1:  # the code with which Rich ends the process if its reader has gone
             raise
         with reported():
             raise BrokenPipeError from None

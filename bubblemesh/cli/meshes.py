@@ -1,4 +1,4 @@
-"""Commands on meshes of any origin: to look at them, and to divide them."""
+"""Commands on mesh files of any origin: to look at them, and to divide them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 View = tuple[float, float, float, float]
 MeshPath = Annotated[
     Path,
-    # All paths are: if Typer looked whether they can be read, that would have another message and exit code than here.
+    # As for all paths: a check by Typer whether they can be read would have another message and exit code than ours.
     typer.Argument(metavar="MESH", help="Mesh file of any format that bubblemesh or meshio reads.", readable=False),
 ]
 MetricField = Annotated[
@@ -72,7 +72,7 @@ def quality(
 
 
 def given_spacing(text: str) -> "SpacingBetween":
-    """Spacing of an expression in x and y; its errors, now and where it is evaluated, name the option."""
+    """Spacing by an expression in x and y; its errors, now and when it is evaluated, name the option."""
     from bubblemesh.spacing.expression import Expression
     from bubblemesh.spacing.spacing import Spacing
 
@@ -82,7 +82,7 @@ def given_spacing(text: str) -> "SpacingBetween":
 
 
 def in_metric(mesh: Path, field: str | None, as_json: bool) -> None:
-    """Report the quality of a mesh in the metric of a name that its file holds, but for boundary layers."""
+    """Report the quality of a mesh, without its boundary layers, in a metric that its file holds."""
     import numpy as np
 
     from bubblemesh import console
@@ -222,7 +222,7 @@ def plot(
 
 
 def part_of(view: View | None, zoom: str | None) -> View | None:
-    """Part of the plane that an option asks for; CaseError if both do, or one has no four numbers."""
+    """Part of the plane that one of two options asks for; CaseError if both are given, or ``zoom`` is wrong."""
     if zoom is None:
         return view
     if view is not None:
@@ -236,7 +236,7 @@ def part_of(view: View | None, zoom: str | None) -> View | None:
 
 
 def compare(first: Path, second: Path, spacing_between: "SpacingBetween | None", as_json: bool) -> None:
-    """Two meshes side by side."""
+    """Print two meshes side by side."""
     from bubblemesh import console
     from bubblemesh.console.report import show_comparison
     from bubblemesh.meshes import comparison
@@ -261,20 +261,20 @@ def compare(first: Path, second: Path, spacing_between: "SpacingBetween | None",
 
 
 def chosen(mesh: Path, notes: Sequence[str], left_out: Sequence[str]) -> list[str]:
-    """Warnings of what is not read of a mesh file: times but the last one, kinds of cells that are no faces."""
+    """Warnings on what is left out of a mesh file: times before the last one, and cells that are not faces."""
     others = [f"cells that are no triangles or quadrilaterals are left out: {', '.join(left_out)}"] if left_out else []
     return [f"{mesh}: {note}" for note in (*notes, *others)]
 
 
 def faulty(mesh: Path, points: "Floats", triangles: "Integers", digits: float) -> list[str]:
-    """Warnings of a mesh that is not conforming, or whose triangles do not all turn the same way."""
+    """Warnings on a mesh that is not conforming, or whose triangles do not all turn the same way."""
     from bubblemesh.meshfiles.faults import faults
 
     return [*turned(mesh, points, triangles), *(f"{mesh}: {fault}" for fault in faults(points, triangles, digits))]
 
 
 def turned(mesh: Path, points: "Floats", triangles: "Integers") -> list[str]:
-    """Warnings of a mesh whose triangles do not all turn the same way."""
+    """Warnings on a mesh whose triangles do not all turn the same way."""
     from bubblemesh.meshes.quality import inverted
     from bubblemesh.messages import place
 

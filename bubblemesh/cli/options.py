@@ -1,4 +1,4 @@
-"""Options that several commands have."""
+"""Options that several commands share."""
 
 from collections.abc import Callable, Sequence
 from functools import wraps
@@ -54,12 +54,12 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show warnings and er
 
 
 def count_or_word(text: str) -> int | str:
-    """A number where the text is one."""
+    """The number in a text if it is one, else the text."""
     digits = text.removeprefix("-")
     return int(text) if digits.isascii() and digits.isdigit() else text
 
 
-# Options that set keys of the case: what each sets stands under its name in case/overrides.py, which spells its flag.
+# Options that set keys of the case. The key of each is in case/overrides.py, under the same name.
 CASE_OPTIONS: dict[str, Any] = {
     "set": Annotated[list[str] | None, typer.Option(metavar="KEY=VALUE", help="Change the case, e.g. packing.w2=0.7.")],
     "method": Annotated[str | None, typer.Option(help="Packing method, over the case's.", autocompletion=methods)],
@@ -87,7 +87,7 @@ Command = Callable[..., None]
 
 
 def with_overrides(command: Command) -> Command:
-    """Give a command the `CASE_OPTIONS` in place of its parameter ``overrides``, which gets what they set."""
+    """The command with the `CASE_OPTIONS`, from which its parameter ``overrides`` is made."""
     added = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind) for name, kind in CASE_OPTIONS.items()
     ]

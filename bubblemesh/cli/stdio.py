@@ -1,6 +1,6 @@
-"""The standard input and output, as bytes: the locale of the terminal does not matter to data; the error stream.
+"""The standard streams: input and output as bytes, as data must not depend on the locale; and the error stream.
 
-What is told of a written mesh is on both.
+The messages on a written mesh use both output and error stream.
 """
 
 import os
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 def read_input() -> str:
-    """Text of the standard input, the whole of it; a FileError if it is closed, else errors as of `case_text`."""
+    """The whole text of the standard input; FileError if it is closed, and the errors of `case_text`."""
     if sys.stdin is None:
         raise FileError("the standard input is closed")
     return case_text(sys.stdin.buffer, "<stdin>")
 
 
 def write_new(path: Path, text: str) -> None:
-    """Write text to a file that must not be there yet, whole or not at all; else it is a FileError."""
+    """Write text to a new file, whole or not at all; FileError if there is a file, or it cannot be written."""
     made = False
     try:
         with path.open("x", encoding="utf-8") as file:
@@ -44,14 +44,14 @@ def write_new(path: Path, text: str) -> None:
 
 
 def output_stream() -> BinaryIO:
-    """The standard output; a closed one is a FileError."""
+    """The standard output; FileError if it is closed."""
     if sys.stdout is None:
         raise FileError("the standard output is closed")
     return sys.stdout.buffer
 
 
 def mesh_stream(as_json: bool) -> BinaryIO:
-    """The standard output for a mesh: it may be no terminal, and a report as JSON may not go there as well."""
+    """The standard output for a mesh; an error if it is a terminal, or is also to get a report as JSON."""
     stream = output_stream()
     if stream.isatty():
         raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
@@ -61,7 +61,7 @@ def mesh_stream(as_json: bool) -> BinaryIO:
 
 
 def write_output(text: str) -> None:
-    """Write text to the standard output, and see that it arrives.
+    """Write text to the standard output, and flush it.
 
     FileError if it cannot be written, BrokenPipeError if its reader has gone.
     """
@@ -76,7 +76,7 @@ def write_output(text: str) -> None:
 
 
 def write_json(data: Any) -> None:
-    """Write data as JSON to the standard output; errors as of `write_output`."""
+    """Write data as JSON to the standard output; the same errors as `write_output`."""
     from bubblemesh.meshfiles.text import json_text
 
     write_output(json_text(data))
@@ -85,7 +85,7 @@ def write_json(data: Any) -> None:
 def tell_written(
     report: "Mapping[str, Any]", place: "Destination | StreamDestination", as_json: bool, quiet: bool
 ) -> None:
-    """Tell of a mesh that was written: its report as JSON, its quality and its files on the terminal, its warnings."""
+    """Print the warnings on a written mesh, and its report: as JSON, or its quality and files on the terminal."""
     from bubblemesh import console
     from bubblemesh.console.report import show_files, show_quality
     from bubblemesh.run.destination import Destination
@@ -100,9 +100,10 @@ def tell_written(
 
 
 class Expendable:
-    """A stream whose text is given up once it cannot be written: no message is worth the work it tells of.
+    """A stream that drops its text as soon as writing fails, so that the work does not end for want of a message.
 
-    The stream's file descriptor leads nowhere from then on: for what is still buffered, and for other writers.
+    From then on the stream's file descriptor leads to the null device, for what is still buffered and for other
+    writers.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -112,7 +113,7 @@ class Expendable:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write text, or give it up."""
+        """Write text, or drop it."""
         try:
             return self._stream.write(text)
         except OSError:
@@ -120,7 +121,7 @@ class Expendable:
             return len(text)
 
     def flush(self) -> None:
-        """Bring what is buffered on its way, or give it up."""
+        """Write what is buffered, or drop it."""
         try:
             self._stream.flush()
         except OSError:
@@ -133,6 +134,6 @@ class Expendable:
 
 
 def expendable_messages() -> None:
-    """From now on the process goes on where its error stream fails: on a full disk, without a reader."""
+    """From now on, let the process go on if its error stream fails: on a full disk, or without a reader."""
     if sys.stderr is not None:
         sys.stderr = cast(TextIO, Expendable(sys.stderr))
