@@ -1,1 +1,1 @@
-"""Triangle meshes: the product, its quality and its triangulation."""
+"""Triangle meshes, their quality and their triangulation."""

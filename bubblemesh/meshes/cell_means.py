@@ -1,7 +1,6 @@
-"""Means of a function over the cells of a mesh's nodes: a third of each triangle around, up to its middle.
+"""Means of a function over the cells of a mesh's nodes; the cell of a node has a third of each triangle around.
 
-The sum of means times areas is the integral over the mesh: with a depth that is linear between nodes, the sea holds as
-much water.
+The sum of means times areas is the integral over the mesh, so that the sea of the mesh holds the right amount of water.
 """
 
 from collections.abc import Callable
@@ -19,8 +18,8 @@ Function = Callable[[Floats, Floats], Floats]  # values (m,) at x (m,) and y (m,
 def cell_means(points: Floats, triangles: Integers, function: Function, across: float = np.inf) -> Floats:
     """Means (n,) of a function over the cells of the nodes at points (n, 2) of triangles (t, 3).
 
-    The thirds of triangles, quadrilaterals, are divided into parts that are no longer than ``across``, which is where
-    the function is nearly linear, with two by two points of Gauss in each: linear functions have exact means.
+    The third of a triangle is a quadrilateral, which is divided into parts no longer than ``across``, the length over
+    which the function is nearly linear. Each part has two by two Gauss points: means of linear functions are exact.
     """
     corners = points[triangles]
     middles = (corners + np.roll(corners, -1, axis=1)) / 2

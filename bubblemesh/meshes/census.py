@@ -1,4 +1,4 @@
-"""Figures of a mesh from those of its pieces, which nobody has to hold all at once."""
+"""Figures of a mesh from those of its pieces, so that the whole mesh need not be in memory."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Self
@@ -28,15 +28,15 @@ class Tally(NamedTuple):
 
     number: int
     total: float
-    squares: float  # sum of the squares of what they are off from 1
+    squares: float  # sum of the squared differences to 1
     least: float
     bins: Integers  # (b,): how many are in each bin
 
     @classmethod
     def of(cls, values: Floats, places: Floats, bins: int) -> Self:
-        """Tally of values (n,) at ``places`` (n,) from 0 to 1 along so many bins; what is beyond is in the outer ones.
+        """Tally of values (n,), with ``places`` (n,) from 0 to 1 along the bins; places beyond count in the outer bins.
 
-        An empty one has the least value infinity.
+        Without values, the least one is infinity.
         """
         which = np.clip((places * bins).astype(np.int64), 0, bins - 1)
         counts = np.bincount(which, minlength=bins)
@@ -66,7 +66,7 @@ class Tally(NamedTuple):
 
 
 class Census(NamedTuple):
-    """Figures of a piece of a mesh, of which those of several make those of all."""
+    """Figures of a piece of a mesh, in a form in which those of several pieces can be added up."""
 
     triangles: int
     area: float
@@ -78,8 +78,8 @@ class Census(NamedTuple):
     angle_min: float
     angle_max: float
     spacing: Tally  # of edge length over target spacing, by the logarithm
-    inner: int  # nodes of its own within the domain
-    irregular: int  # those of them whose valence is not six
+    inner: int  # its own nodes within the domain
+    irregular: int  # inner nodes whose valence is not six
     valence_max: int  # most edges at a node
 
     @classmethod
@@ -91,10 +91,20 @@ class Census(NamedTuple):
         own_inner: Booleans,
         valence: Integers,
     ) -> Self:
-        """Figures of a piece, at least a triangle.
+        """Figures of a piece with at least one triangle.
 
-        Edges (e,) of its measures that other pieces count are not its own; ``own_inner`` (n,) are the nodes within the
-        domain that no other piece counts, and ``valence`` (n,) the number of edges at each node.
+        Parameters
+        ----------
+        measures
+            Measures of its triangles.
+        spacing_between
+            Function that returns the target spacing.
+        own_edges
+            Mask (e,) of the edges that no other piece counts.
+        own_inner
+            Mask (n,) of the nodes within the domain that no other piece counts.
+        valence
+            Number (n,) of edges at each node.
         """
         points, edges = measures.points, measures.edges[0][own_edges]
         ratios = edge_ratios(points, edges, spacing_between(points, edges))
@@ -139,7 +149,7 @@ class Census(NamedTuple):
         )
 
     def figures(self, nodes: int, boundary_nodes: int) -> dict[str, Any]:
-        """Figures of a mesh with so many nodes, as of `mesh_figures`; quantiles are exact to a bin."""
+        """Figures of a mesh with so many nodes, as in `mesh_figures`; quantiles are exact to a bin."""
         shown = self.quality.bins.reshape(SHOWN_BINS, -1).sum(axis=1)
         ends = [2.0 ** (2 * OCTAVES * (self.spacing.quantile(share) - 0.5)) for share in (0.01, 0.99)]
         return figures(

@@ -44,12 +44,12 @@ ROWS: tuple[tuple[str, tuple[str, ...], str], ...] = (
 
 @record
 class Compared:
-    """A mesh file's figures, and the ratios behind its histograms."""
+    """Figures of a mesh file, and the ratios for its histograms."""
 
     path: Path
-    figures: dict[str, Any]  # of `mesh_figures`
+    figures: dict[str, Any]  # as in `mesh_figures`
     quality: Floats  # (t,) radius ratios of the triangles
-    spacing: Floats | None  # (e,) lengths of the edges over the target spacing; None where that is not known
+    spacing: Floats | None  # (e,) lengths of the edges over the target spacing; None if that is not known
 
 
 def compared(
@@ -58,10 +58,23 @@ def compared(
     cell_data: Mapping[str, Floats],
     spacing_between: SpacingBetween | None,
 ) -> Compared:
-    """Measure a mesh as read from a file, with data (t,) or (t, k) of its triangles.
+    """Measure a mesh that was read from a file.
 
-    Of these ``target_spacing`` counts where no function gives the target spacing (e,) by the ends (e, 2, 2) of edges;
-    CaseError if it is not positive somewhere.
+    Parameters
+    ----------
+    path
+        Name of the file, for messages.
+    mesh
+        The mesh.
+    cell_data
+        Data (t,) or (t, k) of its triangles; ``target_spacing`` is used if there is no function.
+    spacing_between
+        Function that returns the target spacing (e,) for the ends (e, 2, 2) of edges, if any.
+
+    Raises
+    ------
+    CaseError
+        If the target spacing is not positive somewhere.
     """
     of_triangles = cell_data.get(TARGET_SPACING)
     measures = Measures(mesh.points, mesh.triangles)
@@ -80,7 +93,7 @@ def compared(
 
 
 def histograms(first: Compared, second: Compared) -> dict[str, list[Histogram | None]]:
-    """Histograms of both meshes in the same bins, ``quality`` and ``spacing``; None where the spacing is not known."""
+    """Histograms of ``quality`` and ``spacing`` of both meshes in the same bins; None if the spacing is not known."""
     both = first, second
     low = lowest_shown(np.concatenate([mesh.quality for mesh in both]))
     return {
@@ -90,7 +103,7 @@ def histograms(first: Compared, second: Compared) -> dict[str, list[Histogram | 
 
 
 def report(first: Compared, second: Compared) -> dict[str, Any]:
-    """Figures and histograms of both, and what the second has more than the first."""
+    """Figures and histograms of both meshes, and the differences of the figures, second minus first."""
     bins = histograms(first, second)
     meshes = [
         {"mesh": mesh.path, **mesh.figures, "histograms": {name: both[k] for name, both in bins.items()}}

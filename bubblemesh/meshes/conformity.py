@@ -10,8 +10,8 @@ from bubblemesh.meshes.quality import Measures
 from bubblemesh.messages import place
 
 AREA_TOLERANCE = 1e-12
-MATCH = 1e-8  # of the domain's size; periodic sides are the same but for a tenth of that
-ROUNDING = 1e-15  # of the squared extent, which a thin domain's area may be far below
+MATCH = 1e-8  # of the domain's size; the domain itself allows periodic sides a tenth of that
+ROUNDING = 1e-15  # of the squared extent, which may be far more than the area of a thin domain
 
 
 def area_error(mesh: Mesh, measures: Measures | None = None) -> float:
@@ -30,10 +30,14 @@ def enclosed_area(points: Floats, edges: Integers) -> float:
 
 
 def require_conforming(mesh: Mesh, measures: Measures | None = None) -> None:
-    """Check what every mesh has to hold, whatever the input was; else a BubblemeshError names the first place.
+    """Check what must be true of every mesh; a BubblemeshError, an error of the program, names the first place.
 
-    No triangle is flat or clockwise, no node unused, no boundary edge missing, no edge labelled that is none or
-    labelled twice, the area right, and nodes of periodic sides match. It is an error of the program, not of the case.
+    - No triangle is flat or clockwise.
+    - Each node is used.
+    - Each boundary edge is a facet, each facet is an edge, and none is there twice.
+    - The area is right.
+    - The nodes of periodic sides match.
+
     The measures are those of the mesh's triangles, made here if they are not given.
     """
     measures = measures or Measures(mesh.points, mesh.triangles)
@@ -56,10 +60,10 @@ def require_area(points: Floats, area: float, error: float) -> None:
 
 
 def require_piece(measures: Measures, facets: Integers, rim: Integers, own: Booleans) -> None:
-    """Check a piece of a mesh, by the measures of its triangles; else an error as of `require_conforming`.
+    """Check a piece of a mesh, by the measures of its triangles; the same error as `require_conforming`.
 
-    No triangle is flat or clockwise, each of its ``own`` (n,) nodes is used, and its edges with one triangle are those
-    of the ``rim`` (r, 2), where other pieces are, and facets (f, 2).
+    No triangle is flat or clockwise; each of its ``own`` (n,) nodes is used; its edges with one triangle are those of
+    the ``rim`` (r, 2), where it meets other pieces, and facets (f, 2).
     """
     points, areas, (edges, count) = measures.points, measures.signed_areas, measures.edges
     if areas.min() <= 0:
@@ -76,7 +80,7 @@ def require_piece(measures: Measures, facets: Integers, rim: Integers, own: Bool
 
 
 def _require_labelled_edges(mesh: Mesh, edges: Integers, count: Integers) -> None:
-    """Check that every facet is one of the edges (e, 2), and each one at a single triangle, by its count, one facet."""
+    """Check that each facet is one of the edges (e, 2), and each edge with one triangle, by its count, is one facet."""
     n = len(mesh.points)
     found = find_keys(edge_keys(edges, n), edge_keys(np.sort(mesh.facets, axis=1), n))
     labelled = np.bincount(found[found >= 0], minlength=len(edges))

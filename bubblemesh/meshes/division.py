@@ -8,12 +8,12 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers, components
 
 METIS, GEOMETRY = "METIS", "geometry"
-IMBALANCE = 30  # thousandths by which the largest part may exceed the mean; of the triangle beyond that, all
+IMBALANCE = 30  # thousandths by which the largest part may exceed the mean, rounded up to a whole triangle
 SEED = 1  # of METIS's random numbers
 
 
 class Division(NamedTuple):
-    """Part of each cell (c,), from 0, what divided them, and why it was not METIS if it was not."""
+    """Part of each cell (c,), from 0; what divided them, and the reason if that was not METIS."""
 
     owner: Integers
     by: str
@@ -23,9 +23,9 @@ class Division(NamedTuple):
 def divided(places: Floats, neighbours: Integers, weights: Integers, count: int) -> Division:
     """Division of cells at places (c, 2), of which pairs (m, 2) are neighbours, into ``count`` parts, c at most.
 
-    The weight (c,) of a cell is the number of its triangles. METIS looks for parts of one piece each with few edges
-    between them, none larger than 1.03 times the mean, rounded up. Where it is not installed, or gives no such parts,
-    which happens if they are of few triangles, geometry divides.
+    The weight (c,) of a cell is the number of its triangles. METIS looks for parts in one piece each, with few edges
+    between them, none larger than 1.03 times the mean, rounded up. If it is not installed, or finds no such parts, as
+    may happen if they have few triangles, the cells are divided by geometry.
     """
     if find_spec("pymetis") is None:
         reason = 'METIS is not installed, whose parts have shorter borders: pip install "bubblemesh[partition]"'
@@ -47,7 +47,7 @@ def largest_size(triangles: int, count: int) -> int:
 def by_metis(neighbours: Integers, weights: Integers, count: int) -> Integers:
     """Part (c,) of each cell, with weights (c,), by METIS's multilevel k-way partitioning of the graph of neighbours.
 
-    Its parts are of one piece each if the graph is, but for rare ones.
+    The parts are in one piece each if the graph is, with rare exceptions.
 
     Karypis and Kumar, A fast and high quality multilevel scheme for partitioning irregular graphs, SIAM J. Sci. Comput.
     20 (1998) 359-392.
@@ -57,7 +57,7 @@ def by_metis(neighbours: Integers, weights: Integers, count: int) -> Integers:
     both = np.concatenate([neighbours, neighbours[:, ::-1]])
     here, there = both[np.lexsort(both.T[::-1])].T
     starts = np.searchsorted(here, np.arange(len(weights) + 1))
-    joined = not components(neighbours, len(weights)).any()  # METIS ends the program if it should join what is apart
+    joined = not components(neighbours, len(weights)).any()  # if not, METIS would end the program
     options = pymetis.Options(ufactor=IMBALANCE, contig=int(joined), seed=SEED)
     graph = pymetis.CSRAdjacency(starts, there)
     found = pymetis.part_graph(count, graph, vweights=weights, recursive=False, options=options)

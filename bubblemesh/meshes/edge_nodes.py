@@ -1,4 +1,4 @@
-"""Nodes on the edges of cells of second order: on true curves, but where a cell would fold over on them."""
+"""Nodes on the edges of cells of second order: on the true curves, except where a cell would fold over."""
 
 from math import comb
 
@@ -9,9 +9,10 @@ from bubblemesh.meshes.quads import quadrilaterals
 
 # Control points of a quadratic curve by its nodes at the start, in the middle and at the end.
 CONTROL = np.array([[1, 0, 0], [-0.5, 2, -0.5], [0, 0, 1]])
-# Places of the nodes of a quadrilateral among three by three ones.
+# Positions of the nodes of a quadrilateral in a grid of three by three.
 GRID = np.array([[0, 7, 3], [4, 8, 6], [1, 5, 2]])
-# Coefficients k of the product of a linear and a quadratic polynomial by theirs, i and j, all in Bernstein's form.
+# Coefficients k of the product of a linear polynomial, with coefficients i, and a quadratic one, with j, in Bernstein
+# form.
 PRODUCT = np.array(
     [[[comb(1, i) * comb(2, j) / comb(3, k) * (i + j == k) for j in range(3)] for i in range(2)] for k in range(4)]
 )
@@ -20,7 +21,7 @@ PRODUCT = np.array(
 def without_folds(
     points: Floats, triangles: Integers, quads: Integers, straight: Floats, curved: Floats
 ) -> tuple[Floats, Booleans]:
-    """Nodes (e, 2) of edges, as ``curved`` where no cell folds over; and the mask (e,) of edges that stay straight.
+    """Nodes (e, 2) of edges, ``curved`` ones where no cell folds over; and the mask (e,) of edges that stay straight.
 
     Parameters
     ----------
@@ -32,7 +33,7 @@ def without_folds(
         Pairs of triangles that are a quadrilateral. Its middle node, on their diagonal, follows from the others: it is
         where the map of the eight nodes around has its centre.
     straight, curved : (e, 2)
-        Middles of the edges, and the wanted places of their nodes.
+        Middles of the edges, and the places of their nodes on the curves.
     """
     cells = quadrilaterals(triangles, quads)
     middles, bent = curved.copy(), (curved != straight).any(axis=1)
@@ -49,7 +50,7 @@ def without_folds(
         mine = mine[bent[mine]]
         if len(mine) == 0:
             return middles, flat
-        # A straight edge may be beyond a neighbour's curved one: these are looked at anew.
+        # An edge made straight may lie beyond a neighbour's curved one, so these cells are looked at again.
         middles[mine], bent[mine], flat[mine] = straight[mine], False, True
         moved = np.zeros(len(middles), bool)
         moved[mine] = True
@@ -74,7 +75,7 @@ def folded_triangles(corners: Floats, middles: Floats) -> Booleans:
 def folded_quads(corners: Floats, others: Floats) -> Booleans:
     """Mask (q,) of curved quadrilaterals, corners (q, 4, 2) and other nodes (q, 5, 2), whose map is not one to one.
 
-    As of triangles, with polynomials of the third degree in both directions.
+    The test is that of `folded_triangles`, with polynomials of the third degree in both directions.
     """
     nodes = np.concatenate([corners, others], axis=1)[:, GRID]
     control = np.einsum("ai,bj,qijd->qabd", CONTROL, CONTROL, nodes)

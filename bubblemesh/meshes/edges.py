@@ -1,4 +1,4 @@
-"""Edges of triangles: directed sides, each edge once, and what lies across.
+"""Edges of triangles: directed sides, edges without repetition, and the triangles across.
 
 A pair of nodes i, j < n has the key i n + j: one integer for each pair sorts many times faster than rows do.
 """
@@ -10,7 +10,7 @@ from bubblemesh.records import record
 
 
 def edge_keys(pairs: Integers, n: int) -> Integers:
-    """Keys (m,) of directed pairs (m, 2) of nodes below ``n``; of longer rows the first two columns count."""
+    """Keys (m,) of directed pairs (m, 2) of nodes below ``n``; of longer rows the first two columns are used."""
     return _keys(pairs[:, 0], pairs[:, 1], n)
 
 
@@ -19,19 +19,19 @@ def _keys(i: Integers, j: Integers, n: int) -> Integers:
 
 
 def find_keys(keys: Integers, sought: Integers) -> Integers:
-    """Places (m,) of the sought keys (m,) among ascending ones (k,), at least one; -1 for a key that is not there."""
+    """Indices (m,) of the sought keys (m,) among ascending keys (k,), at least one; -1 for a key that is missing."""
     place = np.minimum(np.searchsorted(keys, sought), len(keys) - 1)
     return np.where(keys[place] == sought, place, -1)
 
 
 def directed_sides(triangles: Integers) -> Integers:
-    """Sides (3 t, 2) of triangles (t, 3) as they turn: all from corner 0 to 1, then from 1 to 2, then from 2 to 0."""
+    """Sides (3 t, 2) of triangles (t, 3): all from corner 0 to 1, then all from 1 to 2, then all from 2 to 0."""
     return triangles.T[[[0, 1, 2], [1, 2, 0]]].reshape(2, -1).T
 
 
 @record(eq=False)
 class SideTable:
-    """Directed sides of triangles, to be found by their nodes."""
+    """Table of the directed sides of triangles, which finds them by their nodes."""
 
     sides: Integers  # (3 t, 2) in the order of `directed_sides`
     n: int  # number of nodes
@@ -47,25 +47,29 @@ class SideTable:
         return cls(sides, n, keys[order], order)
 
     def find(self, pairs: Integers) -> Integers:
-        """Rows (m,) of the sides from the first to the second node of pairs (m, 2); -1 for a pair that is no side."""
+        """Rows (m,) of the sides from the first to the second node of pairs (m, 2); -1 if there is no such side."""
         place = find_keys(self.keys, edge_keys(pairs, self.n))
         return np.where(place < 0, -1, self.order[place])
 
     def opposite(self) -> Integers:
-        """Row (3 t,) of the same edge's side in the triangle across; -1 where there is none."""
+        """Row (3 t,) of the side of the same edge in the triangle across; -1 if there is no such triangle."""
         return self.find(self.sides[:, ::-1])
 
     def owner(self, rows: Integers) -> tuple[Integers, Integers]:
-        """Triangles (m,) that sides by their rows (m,) belong to, and their numbers (m,) there: 0, 1 or 2."""
+        """Triangles (m,) of the sides in some rows (m,), and the numbers (m,) of the sides there: 0, 1 or 2."""
         number, triangle = np.divmod(rows, len(self.sides) // 3)
         return triangle, number
 
 
 def find_sides(triangles: Integers, n: int, pairs: Integers) -> tuple[Integers, Integers]:
-    """Triangles (m,), of some (t, 3) with nodes below ``n``, with a side from the first to the second node of pairs.
+    """Triangles with a side from the first to the second node of pairs (m, 2); faster than a `SideTable` for few pairs.
 
-    And its number (m,) there: 0, 1 or 2; both are -1 for a pair (m, 2) that is no side. Where pairs are few this takes
-    much less than a `SideTable`.
+    The triangles are (t, 3), with nodes below ``n``.
+
+    Returns
+    -------
+    tuple
+        Triangle (m,) of each side, and its number (m,) there: 0, 1 or 2. Both are -1 for a pair that is not a side.
     """
     sought, which = np.unique(edge_keys(pairs, n), return_inverse=True)
     found = np.full((2, len(sought)), -1)
@@ -78,9 +82,9 @@ def find_sides(triangles: Integers, n: int, pairs: Integers) -> tuple[Integers, 
 
 
 def unique_edges(triangles: Integers) -> tuple[Integers, Integers]:
-    """Edges (e, 2) of triangles (t, 3) by nodes i < j, in lexicographic order, and the triangles (e,) at each of them.
+    """Edges (e, 2) of triangles (t, 3), nodes i < j in lexicographic order, and the number (e,) of triangles at each.
 
-    Their number is 1 on the boundary, 2 inside, more where the mesh is no surface.
+    The number is 1 on the boundary, 2 inside, and more where the mesh is not a surface.
     """
     keys, n = _undirected_keys(triangles)
     keys.sort()
@@ -89,9 +93,9 @@ def unique_edges(triangles: Integers) -> tuple[Integers, Integers]:
 
 
 def numbered_edges(triangles: Integers) -> tuple[Integers, Integers]:
-    """Edges (e, 2) as of `unique_edges`, and the numbers (t, 3) among them of each triangle's sides 0-1, 1-2, 2-0."""
+    """Edges (e, 2) as in `unique_edges`, and the numbers (t, 3) of the edges 0-1, 1-2, 2-0 of each triangle."""
     keys, n = _undirected_keys(triangles)
-    order = np.argsort(keys, kind="stable")  # it merges runs that ascend already, which keys of triangles have
+    order = np.argsort(keys, kind="stable")  # a merge sort, fast for the ascending runs in keys of sorted triangles
     ascending, number = keys[order], np.empty_like(order)
     fresh = np.append(True, ascending[1:] != ascending[:-1])[: len(keys)]
     number[order] = np.cumsum(fresh) - 1
@@ -99,9 +103,9 @@ def numbered_edges(triangles: Integers) -> tuple[Integers, Integers]:
 
 
 def neighbour_pairs(triangles: Integers) -> Integers:
-    """Pairs (m, 2) of triangles that share an edge, in whichever way they turn; (t, 3) are the nodes of all.
+    """Pairs (m, 2) of triangles that share an edge, for the nodes (t, 3) of triangles of either orientation.
 
-    Of an edge with more than two triangles, as where a mesh lies upon itself, each is paired with the next one.
+    Of more than two triangles at an edge, as where a mesh overlaps itself, each is paired with the next one.
     """
     keys, _ = _undirected_keys(triangles)
     order = np.argsort(keys, kind="stable")
@@ -123,9 +127,9 @@ def rim_nodes(triangles: Integers) -> Integers:
 
 
 def one_sided(sides: Integers, n: int) -> Integers:
-    """Rows (k,) of directed sides (m, 2) that are left when each cancels one in the other direction, by their keys.
+    """Rows (k,) of directed sides (m, 2) that remain when opposite sides cancel in pairs, ordered by keys.
 
-    As many of them begin as end at each of the ``n`` nodes, even where triangles overlap.
+    At each of the ``n`` nodes as many of them begin as end, even where triangles overlap.
     """
     rows = _not_in_pairs(sides, n)
     keys, first, number = np.unique(edge_keys(taken(sides, rows), n), return_index=True, return_counts=True)
@@ -137,7 +141,7 @@ def one_sided(sides: Integers, n: int) -> Integers:
 
 
 def _not_in_pairs(sides: Integers, n: int) -> Integers:
-    """Rows (k,) of directed sides (m, 2) but for those of edges with one side in each direction: most of a mesh."""
+    """Rows (k,) of directed sides (m, 2), without edges that have just one side in each direction: most of a mesh."""
     i, j = sides.T
     keys = 2 * _keys(np.minimum(i, j), np.maximum(i, j), n) + (i > j)
     ordered = np.sort(keys)

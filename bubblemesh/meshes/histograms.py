@@ -5,14 +5,14 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers, quantile
 from bubblemesh.records import record
 
-_HIGHEST_START = 0.8  # of a scale of qualities
-_FEW = 0.01  # share of the values that may be below it
-_WIDE = 0.5  # of a histogram of edge length over spacing, around 1
+_HIGHEST_START = 0.8  # highest beginning of a scale of qualities
+_FEW = 0.01  # share of the values that may be below the beginning
+_WIDE = 0.5  # a histogram of edge length over spacing goes so far to either side of 1
 
 
 @record
 class Histogram:
-    """Counts (b,) of values in bins between edges (b + 1,), and how many are below and above all of them."""
+    """Counts (b,) of values in bins between edges (b + 1,), and the numbers of values below and above all bins."""
 
     edges: Floats
     counts: Integers
@@ -32,7 +32,7 @@ def histogram(values: Floats, low: float, high: float, bins: int) -> Histogram:
 
 
 def lowest_shown(ratios: Floats) -> float:
-    """Return a round number below nearly all radius ratios (t,), from which a scale up to 1 may begin."""
+    """A round number below nearly all radius ratios (t,), at which a scale up to 1 may begin."""
     return float(np.clip(np.floor(10 * quantile(ratios, _FEW)) / 10, 0, _HIGHEST_START))
 
 

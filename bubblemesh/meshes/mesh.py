@@ -1,4 +1,4 @@
-"""The product: a triangle mesh with labelled edges, regions and points."""
+"""The triangle mesh with labelled edges, regions and points that bubblemesh makes."""
 
 import warnings
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ from bubblemesh.meshes.quads import Cells, cells_of, require_pairs
 from bubblemesh.meshes.quality import Shape, shape_quality, signed_areas
 from bubblemesh.records import record
 
-ROUNDING = 1e-9  # of a shift: what is less in one direction is none
+ROUNDING = 1e-9  # of a shift: a component below this share of it counts as 0
 
 
 class PeriodicSides(NamedTuple):
@@ -55,7 +55,7 @@ class Mesh:
     triangle_regions : (t,)
         Index into ``regions`` for each triangle; all 0 unless given.
     labelled_nodes : (v,)
-        Nodes that have a label of their own; none unless given.
+        Nodes that have a label of their own; by default there are none.
     node_labels : (v,)
         Index into ``point_labels`` for each of them.
     point_labels : tuple of str
@@ -68,24 +68,24 @@ class Mesh:
         How the triangles are divided among the processes of a parallel solver, if they are: see `partitioned`.
     quads : (q, 2)
         Pairs of triangles that are one quadrilateral in files whose formats hold such cells, and in `cells`: they share
-        an edge, the diagonal, and have one region. A triangle is in one pair at most; none is in any unless given.
+        an edge, the diagonal, and have one region. A triangle is in one pair at most; by default there are no pairs.
     curved_edges : (c, 2)
-        Edges beside the facets, by their nodes, that are curved in a mesh of second order; none unless given. The
-        diagonals of quadrilaterals need not be among them: their curves follow from those of the sides.
+        Edges that are curved in a mesh of second order, by their nodes, in addition to the facets; by default there are
+        none. Diagonals of quadrilaterals need not be among them: their curves follow from those of the sides.
     curved_middles : (c, 2)
         Point where the node on each of them is in a mesh of second order.
     depth : (n,)
-        Depth of the bed below still water at each node, for formats of coasts; of no length unless given.
+        Depth of the bed below still water at each node, for formats of coasts; empty by default.
     metric : (n, 3)
-        Entries m11, m12 and m22 of the metric at each node, for the file beside Medit's; of no length unless given.
+        Entries m11, m12 and m22 of the metric at each node, for the file beside Medit's; empty by default.
     open_labels : tuple of str
-        Labels of open water, for the same formats; unless given, ``open`` and what begins with ``open_``.
+        Labels of open water, for formats of coasts; by default ``open`` and labels that begin with ``open_``.
     geographic : bool
-        Whether the coordinates are longitudes and latitudes, for formats that tell.
+        Whether the coordinates are longitudes and latitudes, for formats that record this.
     fields : mapping of str to (t,)
-        Data of the triangles as they were made, which `write` and `plot` use: ``quality`` and ``target_spacing``, of a
-        mesh in a metric its tensors ``metric_11``, ``metric_12`` and ``metric_22``; none unless given. `write` finds
-        the quality anew, of points where they are then.
+        Data of the triangles when they were made, which `write` and `plot` use: ``quality`` and ``target_spacing``,
+        and for a mesh in a metric its tensors ``metric_11``, ``metric_12`` and ``metric_22``; empty by default. `write`
+        computes the quality again, from the present points.
     """
 
     points: Floats
@@ -129,7 +129,9 @@ class Mesh:
 
     @cached_property
     def cells(self) -> tuple[Cells, ...]:
-        """Cells as files have them: triangles that are no halves of quadrilaterals, then these; no block is empty.
+        """Cells as files have them: first triangles that are not halves of quadrilaterals, then the quadrilaterals.
+
+        Blocks that would be empty are left out.
 
         Quadrilaterals have four nodes, counter-clockwise, in a mesh of second order nine: the corners, the nodes on
         edges 0-1, 1-2, 2-3 and 3-0, and the one in the middle. The region of a cell is that of its first triangle,
@@ -153,7 +155,7 @@ class Mesh:
 
     @cached_property
     def cell_sides(self) -> Integers:
-        """Number of the cell, as of `cell_numbers`, and side (f, 2) on whose left each facet lies, as of `sides`."""
+        """Cell (as in `cell_numbers`) and number of its side (as in `sides`), (f, 2), on whose left each facet lies."""
         triangle, side = self.sides.T
         cell, side = np.where(triangle < 0, -1, self.cell_numbers[triangle]), side.copy()
         for nodes, triangles in self.cells:
@@ -165,7 +167,7 @@ class Mesh:
 
     @cached_property
     def outer(self) -> Booleans:
-        """Mask (f,) of the facets that are boundary edges: those with a triangle on one side only."""
+        """Mask (f,) of the facets that are boundary edges, with a triangle on one side only."""
         ends, triangles, n = self.facets[:, :2], self.triangles[:, :3], len(self.points)
         forth, back = (find_sides(triangles, n, pairs)[0] for pairs in (ends, ends[:, ::-1]))
         return (forth < 0) != (back < 0)
@@ -179,7 +181,7 @@ class Mesh:
         return tuple(self._matching(a, b, self.periodic[which == k]) for k, (a, b) in enumerate(labels.tolist()))
 
     def _matching(self, first: int, second: int, pairs: Integers) -> PeriodicSides:
-        """The sides that pairs (p, 2) of facets make up."""
+        """The two sides with the given labels, from the matching pairs (p, 2) of their facets."""
         here, there = self.facets[pairs[:, 0]], self.facets[pairs[:, 1]].copy()
         there[:, :2] = there[:, 1::-1]
         nodes, _ = different_rows(np.column_stack([here.ravel(), there.ravel()]))
@@ -187,14 +189,15 @@ class Mesh:
         shift[np.abs(shift) < ROUNDING * np.abs(shift).max()] = 0
         if tuple(shift) > (0, 0):
             return PeriodicSides(first, second, shift, nodes)
-        # One order for all pairs: chains of counterparts, as at the corners of a hexagon, then end.
+        # All pairs have the same direction, so that chains of counterparts, as at the corners of a hexagon, end.
         return PeriodicSides(second, first, 0 - shift, nodes[:, ::-1])
 
     def second_order(self) -> tuple[Self, int]:
-        """The mesh with a node on each edge, on the curves of facets and ``curved_edges``; and how many are not there.
+        """The mesh of second order, with a node on each edge, and the number of curved edges that had to stay straight.
 
-        A curve may bulge farther than a flat cell can follow without folding over; its edge then stays straight. One of
-        second order comes back as it is. CaseError if one of the ``curved_edges`` is no edge.
+        The nodes of facets and ``curved_edges`` are on their curves. If a cell would fold over, as a curve may bulge
+        farther than a flat cell can follow, the edge stays straight. A mesh of second order is returned as it is.
+        CaseError if one of the ``curved_edges`` is not an edge.
         """
         if self.order == 2:
             return self, 0
@@ -225,11 +228,11 @@ class Mesh:
         return result, int(kept_straight.sum())
 
     def mapped(self, function: Callable[[Floats], Floats]) -> Self:
-        """The mesh with all of its points (n, 2) where a function takes them, as another system of coordinates.
+        """The mesh with all of its points (n, 2) mapped by a function, for instance to another coordinate system.
 
-        Where that mirrors, triangles and facets are turned round. It has neither the ``metric`` nor the ``fields``,
-        which belong to the places before. CaseError if the function does not give a finite place for each point, or
-        turns some of the triangles only.
+        If the map mirrors, triangles and facets are reversed. The result has neither the ``metric`` nor the ``fields``,
+        which belong to the old places. CaseError if the function does not return a finite place for each point, or
+        mirrors some of the triangles only.
         """
         result = replace(
             self,
@@ -245,22 +248,23 @@ class Mesh:
         return result._turned() if turned.any() else result
 
     def _turned(self) -> Self:
-        """The mesh with triangles and facets the other way round."""
+        """The mesh with triangles and facets reversed."""
         order = self.triangles.shape[1] // 3
         triangles = self.triangles[:, [0, 2, 1, 5, 4, 3][: 3 * order]]
         partition = None if self.partition is None else self.partition.with_nodes(triangles)
         return replace(self, triangles=triangles, facets=self.facets[:, [1, 0, 2][: 1 + order]], partition=partition)
 
     def in_triangles(self) -> Self:
-        """The mesh without quadrilaterals: their halves are triangles like others."""
+        """The mesh without quadrilaterals: their halves are plain triangles."""
         return replace(self, quads=self.quads[:0]) if len(self.quads) else self
 
     def partitioned(self, parts: int) -> Self:
         """The mesh with a partition of its triangles into so many parts, for a parallel solver.
 
-        Its files tell the part of each triangle and node, if their formats have a place for that. METIS divides if it
-        is installed, else geometry does; ``partition.by`` tells which. Matching nodes of periodic sides are different
-        nodes here. Both halves of a quadrilateral come into one part. CaseError if there are fewer cells.
+        Its files then have the part of each triangle and node, if their formats have a place for that. The mesh is
+        divided by METIS if that is installed, else by geometry; see ``partition.by``. Matching nodes of periodic sides
+        count as different nodes. Both halves of a quadrilateral are in one part. CaseError if there are fewer cells
+        than parts.
         """
         return replace(self, partition=Partition.of(self.points, self.triangles, parts, self.quads))
 
@@ -268,7 +272,7 @@ class Mesh:
         """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles.
 
         Radius ratios are those in the metric if the mesh has one for its triangles; angles are those in space. Boundary
-        layers count, which reports leave out.
+        layers are included, unlike in reports.
         """
         return shape_quality(measures_of(self.points, self.triangles[:, :3], self.fields))
 
@@ -276,17 +280,20 @@ class Mesh:
     def read(cls, path: Path | str) -> "Mesh":
         """Mesh of triangles from a file of any format that `bubblemesh quality` reads, with its labels and regions.
 
-        Quadrilaterals are two triangles each, which are a pair of ``quads`` if they are convex. Triangles are turned
-        counter-clockwise, edges of the boundary without a label are called ``boundary``, and a mesh without regions has
-        the region ``domain``. Names that the file does not hold are taken from NAME.labels.json beside it. Of cells of
-        higher order the corners are read. Of the data the mesh has a metric, in ``fields`` and ``metric``: that of the
-        triangles, or of the nodes in a .sol beside a .mesh and in a .pos; the others have the mean of its logarithms.
-        Labelled points and periodic sides are read from ``.msh`` files of Gmsh.
+        - Quadrilaterals become two triangles each, which are a pair of ``quads`` if they are convex.
+        - Triangles are turned counter-clockwise.
+        - Boundary edges without a label get the label ``boundary``; a mesh without regions has the region ``domain``.
+        - Names that the file does not hold are taken from NAME.labels.json beside it.
+        - Of cells of higher order only the corners are read.
+        - Of the data only a metric is kept, in ``fields`` and ``metric``: that of the triangles, or that of the nodes
+        in
+          a .sol beside a .mesh and in a .pos. The one that is missing is made of the other by the mean of logarithms.
+        - Labelled points and periodic sides are read from ``.msh`` files of Gmsh.
 
         Warns
         -----
         MeshWarning
-            Of what the file holds and the mesh does not.
+            If the file holds something that the mesh does not.
 
         Raises
         ------
@@ -303,7 +310,7 @@ class Mesh:
     def to_meshio(self, columns: Literal[2, 3] = 2) -> Any:
         """A `meshio.Mesh` of the `cells`, with labels, regions and labelled points as cell sets, and with Gmsh's ids.
 
-        Points have two ``columns``, or three, the last of which is 0, as VTK's formats and Gmsh want them.
+        Points have two ``columns``, or three, the last of which is 0, as formats of VTK and Gmsh need them.
         """
         from bubblemesh.meshfiles.libraries import in_space
         from bubblemesh.meshfiles.write.gmsh import as_meshio
@@ -320,8 +327,8 @@ class Mesh:
     def to_pyvista(self) -> Any:
         """A `pyvista.UnstructuredGrid` of the `cells` and, after them, of the labelled edges.
 
-        Its cells have ``group``, the number from 1 on of a label or region in ``field_data["groups"]``, and
-        ``quality``. FileError if the library is missing, with the command that installs it.
+        The data of its cells are ``quality`` and ``group``, the number, from 1 on, of a label or region in
+        ``field_data["groups"]``. FileError if the library is missing, with the command that installs it.
         """
         from bubblemesh.meshfiles.libraries import to_pyvista
 
@@ -337,11 +344,11 @@ class Mesh:
         return to_skfem(self)
 
     def to_dolfinx(self, comm: Any = None) -> tuple[Any, Any, Any]:
-        """A `dolfinx.mesh.Mesh` with the tags of its cells and of its facets, which are the ids of the groups.
+        """A `dolfinx.mesh.Mesh`, and the tags of its cells and of its facets.
 
-        The ids are those of mesh files: from 1 for the labels, then the regions. ``comm`` is the MPI communicator over
-        which the mesh is spread, by default all processes. FileError if the library is missing, with the command that
-        installs it.
+        The tags are the ids of the groups, as in mesh files: from 1 on for the labels, then for the regions. ``comm``
+        is the MPI communicator over which the mesh is distributed, by default all processes. FileError if the library
+        is missing, with the command that installs it.
         """
         from bubblemesh.meshfiles.libraries import to_dolfinx
 
@@ -364,7 +371,7 @@ class Mesh:
         ----------
         path : Path or str, optional
         ax : matplotlib.axes.Axes, optional
-            Axes to draw into, of a figure of one's own; without them a figure is made.
+            Axes of an existing figure to draw into; without them a figure is made.
         color : str, optional
             ``quality``, ``size``, ``spacing``, ``label``, ``material``, ``none`` or the name of a field; by default
             the quality, or the size where there are too many triangles to see each. The quality is that in the metric
@@ -372,11 +379,11 @@ class Mesh:
         title, style
             Text above the picture; ``screen`` or ``paper``.
         fields : mapping of str to (t,) or (n,)
-            More data of the triangles, or other data than the mesh's own ``fields``; data of as many values as there
-            are nodes is that at the nodes. Of vectors, (t, k) or (n, k), the length is shown.
+            Data of triangles or of nodes, by their length, in addition to the mesh's own ``fields``, or in place of
+            those of the same name. Of vectors, (t, k) or (n, k), the length is shown.
         **options
-            ``colormap``, ``limits``, ``edges``, ``nodes``, ``ellipses``, ``labels``, ``view``, ``width`` and ``dpi``,
-            as the options of ``bubblemesh plot``.
+            ``colormap``, ``limits``, ``edges``, ``nodes``, ``ellipses``, ``labels``, ``axes``, ``view``, ``width`` and
+            ``dpi``, as the options of ``bubblemesh plot``; ``limits`` is its ``--range``.
 
         Returns
         -------
@@ -385,7 +392,7 @@ class Mesh:
         Raises
         ------
         CaseError
-            If the ending, the colouring or an option is unknown, or data is neither of the triangles nor of the nodes.
+            If the ending, the colouring or an option is unknown, or data fits neither the triangles nor the nodes.
         FileError
             If the picture cannot be written.
         """
@@ -403,7 +410,7 @@ class Mesh:
         return mesh_figure(self, shown, data) if path is None else draw_mesh(self, Path(path), shown, data)
 
     def _repr_html_(self) -> str:
-        """Picture of the mesh above its figures, as notebooks show it."""
+        """HTML that notebooks show: a picture of the mesh above its figures."""
         from bubblemesh.pictures.thumbnail import thumbnail
 
         return thumbnail(self)
@@ -411,21 +418,19 @@ class Mesh:
     def write(self, path: Path | str, *, sidecars: bool = False) -> list[str]:
         """Write the mesh in the format of the path's ending, and return the names of the files: one in most formats.
 
-        An ending may be in capital letters.
+        The ending may be in capital letters. Formats that hold data of triangles get the quality and the other
+        ``fields``; beside STEM.mesh, STEM.sol is written with the metric at the nodes. Quadrilaterals are written as
+        two triangles if the format has no such cells.
 
-        Formats that hold data of triangles get the ``fields``, in any case the quality, and STEM.sol is written beside
-        STEM.mesh for the metric at the nodes. Quadrilaterals are written as two triangles if the format does not hold
-        them.
-
-        With ``sidecars`` there are also STEM.report.json with the figures of the mesh, and STEM.labels.json with the
-        names of all groups if the format has numbers or other words for them.
+        With ``sidecars``, STEM.report.json has the figures of the mesh, and STEM.labels.json the names of all groups if
+        the format has numbers or other words for them.
 
         Raises
         ------
         CaseError
-            If the ending is unknown, or its format has no form for the order of the triangles.
+            If the ending is unknown, or its format cannot hold triangles of this order.
         FileError
-            If a file cannot be written; then none is.
+            If a file cannot be written; then nothing is written.
         """
         from bubblemesh.meshfiles.writing import write_alone, write_file
 
@@ -438,7 +443,7 @@ class Mesh:
 
 
 def _moved(points: Floats, function: Callable[[Floats], Floats]) -> Floats:
-    """Points (n, 2) where a function takes them; CaseError if it gives no such array of finite numbers."""
+    """Points (n, 2) mapped by a function; CaseError if it does not return such an array of finite numbers."""
     given = np.asarray(unmasked(function(points)))
     if given.dtype.kind not in "iuf" or given.shape != points.shape:
         found = f"an array of {given.dtype}, of the shape {given.shape}"

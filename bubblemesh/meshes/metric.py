@@ -13,13 +13,13 @@ from bubblemesh.meshes.quality import Measures, edge_ratios, mesh_figures
 from bubblemesh.meshes.tensors import axes, determinants, logarithms, of_logarithms
 from bubblemesh.records import record
 
-SHORTEST, LONGEST = 0.5**0.5, 2.0**0.5  # edges between are as long as they should be: none is better halved or joined
+SHORTEST, LONGEST = 0.5**0.5, 2.0**0.5  # of edges in the metric: halving or joining makes them no better
 ENTRIES = ("metric_11", "metric_12", "metric_22")  # names of the tensors of triangles in mesh files
 
 
 @record(eq=False)
 class MeasuresInMetric(Measures):
-    """Measures of triangles whose shape is that in the tensors at their centroids; lengths and angles are in space."""
+    """Measures of triangles: shapes are those in the tensors at the centroids, lengths and angles those in space."""
 
     tensors: Floats  # (t, 3)
 
@@ -35,13 +35,13 @@ class MeasuresInMetric(Measures):
 
     @cached_property
     def _stretched(self) -> Measures:
-        """The triangles one by one, as the metric stretches them."""
+        """The triangles, each stretched by its metric."""
         apart = mapped(np.repeat(roots(self.tensors), 3, axis=0), self.points[self.triangles].reshape(-1, 2))
         return Measures(apart, np.arange(len(apart)).reshape(-1, 3))
 
 
 def tensors_in(fields: Mapping[str, Floats]) -> Floats | None:
-    """Tensors (t, 3) among the data of triangles, if these are all positive."""
+    """Tensors (t, 3) among the data of triangles; None if they are missing or not all positive."""
     if not all(name in fields and fields[name].ndim == 1 for name in ENTRIES):
         return None
     tensors = np.column_stack([fields[name] for name in ENTRIES])
@@ -50,9 +50,10 @@ def tensors_in(fields: Mapping[str, Floats]) -> Floats | None:
 
 
 def node_tensors(triangles: Integers, tensors: Floats, n: int) -> Floats:
-    """Tensors (n, 3) of nodes: the mean of those (t, 3) of the triangles around; those of unused nodes are no numbers.
+    """Tensors (n, 3) of nodes: means of those (t, 3) of the triangles around; NaN for unused nodes.
 
-    It is the mean of their inverses, whose ellipses' squared axes are the means: small ones do not hide the others.
+    The mean is that of the inverse tensors, and so of the squared axes of the ellipses: a small ellipse does not hide
+    the others.
     """
     m11, m12, m22 = tensors.T
     inverse = np.column_stack([m22, -m12, m11]) / determinants(tensors)[:, None]
@@ -63,14 +64,14 @@ def node_tensors(triangles: Integers, tensors: Floats, n: int) -> Floats:
 
 
 def nodes_of_triangles(triangles: Integers, tensors: Floats, n: int) -> Floats:
-    """Tensors (n, 3) of nodes, each of a triangle: the mean, by logarithms, of those (t, 3) of the triangles around."""
+    """Tensors (n, 3) of nodes: means, by logarithms, of those (t, 3) of the triangles around; no node may be unused."""
     nodes, count = triangles[:, :3].T.ravel(), np.bincount(triangles[:, :3].ravel(), minlength=n)
     means = [np.bincount(nodes, np.tile(part, 3), n) / count for part in logarithms(tensors).T]
     return of_logarithms(np.column_stack(means)).tensors
 
 
 def at_centroids(corners: Integers, tensors: Floats) -> Floats:
-    """Tensors (k, 3) at the centroids of edges or triangles, of the tensors (n, 3) of nodes: logarithms are linear.
+    """Tensors (k, 3) at the centroids of edges or triangles: means, by logarithms, of the tensors (n, 3) of the nodes.
 
     ``corners`` (k, 2) or (k, 3) are the nodes at the ends or corners.
     """
@@ -78,7 +79,7 @@ def at_centroids(corners: Integers, tensors: Floats) -> Floats:
 
 
 def spacing_along_edges(measures: MeasuresInMetric) -> Floats:
-    """Spacing (e,) in the direction of each edge, as of `unique_edges`, in the metric of the triangles there."""
+    """Spacing (e,) in the direction of each edge of `unique_edges`, in the metric of the triangles there."""
     points, triangles = measures.points, measures.triangles
     edges, number = numbered_edges(triangles)
     along = points[edges[:, 1]] - points[edges[:, 0]]
@@ -88,13 +89,13 @@ def spacing_along_edges(measures: MeasuresInMetric) -> Floats:
 
 
 def measures_of(points: Floats, triangles: Integers, fields: Mapping[str, Floats]) -> Measures:
-    """Measures of triangles (t, 3) between points (n, 2), in the metric that is among their data (t,), if one is."""
+    """Measures of triangles (t, 3) between points (n, 2), in the metric among their data (t,) if there is one."""
     tensors = tensors_in(fields)
     return Measures(points, triangles) if tensors is None else MeasuresInMetric(points, triangles, tensors)
 
 
 def share_within(ratios: Floats) -> float:
-    """Share of the edges that are as long as they should be, for lengths (e,) in the metric."""
+    """Share of the edges whose lengths (e,) in the metric are between `SHORTEST` and `LONGEST`."""
     return float(((ratios >= SHORTEST) & (ratios <= LONGEST)).mean())
 
 

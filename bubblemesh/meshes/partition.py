@@ -16,9 +16,9 @@ NO_PAIRS = np.zeros((0, 2), np.int64)
 
 
 class NodeParts(NamedTuple):
-    """Nodes (m,) with the parts (m,) that have triangles at them, in lexicographic order, and how many (m,) they have.
+    """Pairs (m,) of a node and a part with triangles at it, in lexicographic order, and the number of these triangles.
 
-    Rows ``starts[i]`` to ``starts[i + 1]`` are of the node i.
+    Rows ``starts[i]`` to ``starts[i + 1]`` are those of node i.
     """
 
     node: Integers
@@ -34,15 +34,15 @@ class Partition:
     Attributes
     ----------
     triangles : (t, 3) or (t, 6)
-        Nodes of the triangles that are divided.
+        Nodes of the triangles.
     owner : (t,)
         Part of each triangle.
     count : int
         Number of parts; each has a triangle.
     by : str
-        What divided them: ``METIS`` or ``geometry``.
+        How they were divided: by ``METIS`` or ``geometry``.
     reason : str or None
-        Why it was not METIS.
+        Why METIS was not used; None if it was.
     """
 
     triangles: Integers
@@ -55,8 +55,8 @@ class Partition:
     def of(cls, points: Floats, triangles: Integers, count: int, quads: Integers = NO_PAIRS) -> Self:
         """Partition of triangles (t, 3) or (t, 6) with nodes at points (n, 2) into ``count`` parts.
 
-        Both triangles of a pair in ``quads`` (q, 2) come into one part. CaseError if there are fewer triangles, such a
-        pair being one.
+        Both triangles of a pair in ``quads`` (q, 2) are in one part. CaseError if there are fewer cells than parts;
+        such a pair is one cell.
         """
         if not is_whole(count):
             raise CaseError(f"the number of parts must be a whole one (found {count!r})")
@@ -92,7 +92,7 @@ class Partition:
 
     @cached_property
     def node_owner(self) -> Integers:
-        """Part (n,) of each node: the one that has most of its triangles, of several such the lowest."""
+        """Part (n,) of each node: the one with most of its triangles; of several such parts, the lowest."""
         node, part, triangles, starts = self.node_parts
         order = np.lexsort([part, -triangles, node])
         return part[order[starts[:-1]]]
@@ -101,7 +101,7 @@ class Partition:
     def ghosts(self) -> Integers:
         """Pairs (g, 2) of a part and a triangle of its halo, in lexicographic order.
 
-        The halo of a part are the triangles of others that share a node with one of its own.
+        The halo of a part are the triangles of other parts that share a node with it.
         """
         _, part, _, starts = self.node_parts
         corners, t = self.triangles[:, :3].ravel(), len(self.triangles)
@@ -133,7 +133,7 @@ class Partition:
         return self.ghosts[begin:end, 1]
 
     def with_nodes(self, triangles: Integers) -> "Partition":
-        """The partition of the same triangles with other nodes, as those of second order have more."""
+        """The partition for the same triangles with other nodes, such as those of second order."""
         return Partition(triangles, self.owner, self.count, self.by, self.reason)
 
     def figures(self) -> dict[str, Any]:

@@ -7,19 +7,19 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, cross
 from bubblemesh.errors import CaseError
 
-FLAT = 1e-12  # of a quadrilateral's area: a half with less has none
-EQUAL = 1e-9  # cosines of angles that differ by less are of the same angle
+FLAT = 1e-12  # of a quadrilateral's area: a half with less counts as flat
+EQUAL = 1e-9  # difference of cosines below which angles count as equal
 
 
 class Cells(NamedTuple):
-    """Cells of one kind: their nodes (m, k), and the triangles (m, 1), or two halves (m, 2), that each is made of."""
+    """Cells of one kind: their nodes (m, k), and the triangle (m, 1) or the two halves (m, 2) of each."""
 
     nodes: Integers
     triangles: Integers
 
 
 def cells_of(triangles: Integers, quads: Integers) -> tuple[Cells, ...]:
-    """The triangles (t, 3) or (t, 6) that are no halves, then the quadrilaterals of the pairs (q, 2); none is empty."""
+    """Triangles (t, 3) or (t, 6) that are not halves, then quadrilaterals of the pairs (q, 2), without empty blocks."""
     if not len(quads):
         return (Cells(triangles, np.arange(len(triangles))[:, None]),)
     whole = np.ones(len(triangles), bool)
@@ -44,14 +44,14 @@ def quadrilaterals(triangles: Integers, quads: Integers) -> Integers:
 
 
 def _from_apex(mine: Integers, other: Integers) -> Integers:
-    """Triangles (q, 3) or (q, 6) whose nodes begin with the first corner that the other triangle (q, 3) has not."""
+    """Triangles (q, 3) or (q, 6), turned to begin with the first corner that the other triangle (q, 3) lacks."""
     turn: Integers = (_apex(mine, other)[:, None] + np.arange(3)) % 3
     columns = np.hstack([turn, turn + 3])[:, : mine.shape[1]]
     return np.take_along_axis(mine, columns, axis=1)
 
 
 def _apex(mine: Integers, other: Integers) -> Integers:
-    """Number (q,) of the first corner of each triangle that the other one has not."""
+    """Number (q,) of the first corner of each triangle that the other one does not have."""
     shared = (mine[:, :3, None] == other[:, None, :3]).any(axis=2)
     return np.argmin(shared, axis=1)
 
@@ -63,7 +63,7 @@ def diagonals(triangles: Integers, quads: Integers) -> Integers:
 
 
 def require_pairs(triangles: Integers, quads: Integers) -> None:
-    """Check that pairs (q, 2) are of triangles that share an edge and turn the same way, each in one pair at most."""
+    """Check that the triangles of pairs (q, 2) share an edge and turn the same way, and are in one pair at most."""
     if quads.size == 0:
         return
     if quads.min() < 0 or quads.max() >= len(triangles) or np.bincount(quads.ravel()).max() > 1:
@@ -79,18 +79,18 @@ def require_pairs(triangles: Integers, quads: Integers) -> None:
 class Halves(NamedTuple):
     """Quadrilaterals cut into triangles."""
 
-    triangles: Integers  # (t, 3) that turn as their quadrilaterals
-    cells: Integers  # (t,) the quadrilateral that each is a part of, in ascending order
+    triangles: Integers  # (t, 3), with the orientation of their quadrilaterals
+    cells: Integers  # (t,) quadrilateral of each triangle, ascending
     quads: Integers  # (q, 2) pairs of triangles that are a convex quadrilateral
     dented: Integers  # quadrilaterals that are not convex
-    crossed: Integers  # those that have no area or cross themselves, which no diagonal cuts in two
+    crossed: Integers  # quadrilaterals that no diagonal halves, since they have no area or cross themselves
 
 
 def halved(points: Floats, cells: Integers) -> Halves:
-    """Triangles of quadrilaterals, given by nodes (m, 4) at points (n, 2), that may turn either way.
+    """Quadrilaterals cut into triangles, from their nodes (m, 4) at points (n, 2) in either orientation.
 
-    Of the two diagonals the one counts whose triangles have the smaller largest angle, of a quadrilateral that is not
-    convex the one inside. A quadrilateral with the same node twice in a row is a triangle.
+    The cut follows the diagonal whose triangles have the smaller largest angle; if the quadrilateral is not convex, the
+    diagonal inside. A quadrilateral with the same node twice in a row becomes one triangle.
     """
     triangles = np.stack([cells[:, [[0, 1, 2], [0, 2, 3]]], cells[:, [[1, 2, 3], [1, 3, 0]]]], axis=1)  # (m, 2, 2, 3)
     corners = points[triangles]
@@ -98,7 +98,7 @@ def halved(points: Floats, cells: Integers) -> Halves:
     whole = area.sum(axis=2, keepdims=True)
     inside = (area * np.sign(whole) > FLAT * np.abs(whole)).all(axis=2)
     convex = inside.all(axis=1)
-    # The largest angle of two triangles has the least cosine.
+    # The larger the angle, the smaller its cosine.
     blunt = _least_cosine(corners).min(axis=2)
     choice = np.where(convex, blunt[:, 1] > blunt[:, 0] + EQUAL, ~inside[:, 0] & inside[:, 1]).astype(int)
     chosen = triangles[np.arange(len(cells)), choice]
@@ -123,7 +123,7 @@ def _twice_area(corners: Floats) -> Floats:
 
 
 def _least_cosine(corners: Floats) -> Floats:
-    """Cosine of the largest angle of triangles (..., 3, 2); of one without a length it is not finite."""
+    """Cosine of the largest angle of triangles (..., 3, 2); not finite if a side has no length."""
     sides = np.roll(corners, -1, axis=-2) - corners
     length = np.hypot(sides[..., 0], sides[..., 1])
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -132,5 +132,5 @@ def _least_cosine(corners: Floats) -> Floats:
 
 
 def _without_second(cells: Integers, same: Booleans) -> Integers:
-    """Triangles (m, 3) of cells (m, 4) without the node that is the same as the next one."""
+    """Triangles (m, 3) of cells (m, 4), without the node that is the same as the next one."""
     return cells[~same].reshape(-1, 3)

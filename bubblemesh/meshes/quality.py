@@ -1,4 +1,4 @@
-"""Measures of a triangle mesh: shape of the triangles, valence of the nodes, spacing of the edges; histograms."""
+"""Measures of a triangle mesh: shape of the triangles, valence of the nodes, spacing of the edges."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict
@@ -15,9 +15,9 @@ _DEGENERATE = 1e-14
 REGULAR_VALENCE = 6
 _BINS = 10
 TARGET_SPACING = "target_spacing"  # name of the target spacing of triangles in mesh files
-LAYER = "layer"  # name of the number of the boundary layer that triangles are in, 0 for those in none
+LAYER = "layer"  # name of the field with the number of the boundary layer of each triangle, 0 outside of layers
 WORST = 5  # triangles that a report names
-AT_A_TIME = 1 << 16  # triangles, where arrays of all would take much memory
+AT_A_TIME = 1 << 16  # triangles in a block, as arrays for all of them would take much memory
 
 SpacingBetween = Callable[[Floats, Integers], Floats]  # of points (n, 2): the spacing (m,) at centroids of rows (m, k)
 
@@ -48,14 +48,14 @@ class SpacingFit:
 
 @record(eq=False)
 class Measures:
-    """Measures of triangles of either orientation, each of which is made when it is first asked for, and kept."""
+    """Measures of triangles of either orientation; each is computed when it is first used, and kept."""
 
     points: Floats  # (n, 2)
     triangles: Integers  # (t, 3)
 
     @cached_property
     def edges(self) -> tuple[Integers, Integers]:
-        """Edges (e, 2) and the numbers (e,) of triangles at each, as of `unique_edges`."""
+        """Edges (e, 2) and the number (e,) of triangles at each, by `unique_edges`."""
         return unique_edges(self.triangles)
 
     @cached_property
@@ -78,8 +78,8 @@ class Measures:
     def radius_ratios(self) -> Floats:
         """Twice the ratio (t,) of the inscribed to the circumscribed circle's radius.
 
-        It is ``(b + c - a)(c + a - b)(a + b - c) / abc`` for sides a, b, c: 1 for an equilateral triangle and 0 for one
-        whose area vanishes beside the square of its perimeter.
+        It is ``(b + c - a)(c + a - b)(a + b - c) / abc`` for sides a, b, c: 1 for an equilateral triangle, and 0 for
+        one whose area is within rounding of 0.
 
         References
         ----------
@@ -106,17 +106,17 @@ class Measures:
 
 
 def radius_ratios(points: Floats, triangles: Integers) -> Floats:
-    """Radius ratios (t,) of triangles (t, 3) between points (n, 2), as of `Measures`."""
+    """Radius ratios (t,) of triangles (t, 3) between points (n, 2), by `Measures`."""
     return Measures(points, triangles).radius_ratios
 
 
 def angles(points: Floats, triangles: Integers) -> Floats:
-    """Angles (t, 3) of triangles (t, 3) between points (n, 2), as of `Measures`."""
+    """Angles (t, 3) in degrees of triangles (t, 3) between points (n, 2), by `Measures`."""
     return Measures(points, triangles).angles
 
 
 def signed_areas(points: Floats, triangles: Integers) -> Floats:
-    """Areas (t,) of triangles (t, 3) between points (n, 2), as of `Measures`."""
+    """Signed areas (t,) of triangles (t, 3) between points (n, 2), by `Measures`."""
     return Measures(points, triangles).signed_areas
 
 
@@ -127,9 +127,9 @@ def doubled_areas(corners: Floats) -> Floats:
 
 
 def inverted(points: Floats, triangles: Integers) -> Integers:
-    """Return the indices (k,) of the triangles that turn the other way than most do, ascending.
+    """Indices (k,) of the triangles that turn the other way than most, ascending.
 
-    None is where all turn clockwise, which is merely another convention; flat triangles turn neither way.
+    If all turn clockwise, which is merely another convention, the result is empty. Flat triangles turn neither way.
     """
     measures = Measures(points, triangles)
     areas, least = measures.signed_areas, measures.least_areas
@@ -138,15 +138,15 @@ def inverted(points: Floats, triangles: Integers) -> Integers:
 
 
 def edge_means(triangles: Integers, values: Floats) -> Floats:
-    """Mean (e,) of what the triangles at each edge have, for values (t,); the edges are those of `unique_edges`."""
+    """Mean (e,) over the triangles at each edge, for values (t,) of triangles; edges are those of `unique_edges`."""
     number = numbered_edges(triangles)[1].T.ravel()
     return np.bincount(number, np.tile(values, 3)) / np.bincount(number)
 
 
 def shape_quality(measures: Measures) -> Shape:
-    """Summarize the shape of the triangles of a mesh, at least one."""
+    """Shape of the triangles, at least one, of a mesh."""
     ratios, (least, largest) = measures.radius_ratios, measures.angle_range
-    # An equilateral triangle's ratio may exceed 1 by rounding, and still belongs to the last bin.
+    # The ratio of an equilateral triangle may exceed 1 by rounding; it belongs to the last bin.
     edges, triangles_at = measures.edges
     valence = np.bincount(edges.ravel(), minlength=len(measures.points))
     histogram, _ = np.histogram(np.clip(ratios, 0, 1), bins=_BINS, range=(0, 1))
@@ -163,14 +163,14 @@ def shape_quality(measures: Measures) -> Shape:
 
 
 def spacing_fit(points: Floats, edges: Integers, target: Floats) -> SpacingFit:
-    """Compare the lengths of edges (e, 2) with the target spacing (e,) at their middles."""
+    """Comparison of the lengths of edges (e, 2) with the target spacing (e,) at their middles."""
     ratios = edge_ratios(points, edges, target)
     p01, p99 = quantile(ratios, 0.01), quantile(ratios, 0.99)
     return SpacingFit(mean=float(ratios.mean()), std=float(ratios.std()), p01=p01, p99=p99)
 
 
 def edge_ratios(points: Floats, edges: Integers, target: Floats) -> Floats:
-    """Return the length of each edge (e, 2) over the target spacing (e,) there."""
+    """Length of each edge (e, 2) over the target spacing (e,) there."""
     lengths = np.empty(len(edges))
     for begin in range(0, len(edges), AT_A_TIME):
         part = slice(begin, begin + AT_A_TIME)
@@ -180,14 +180,14 @@ def edge_ratios(points: Floats, edges: Integers, target: Floats) -> Floats:
 
 
 def spacing_ratios(points: Floats, triangles: Integers, target: Floats) -> Floats:
-    """Return the mean edge length (t,) of each triangle over the target spacing (t,) there."""
+    """Mean edge length (t,) of each triangle over the target spacing (t,) there."""
     return sum(Measures(points, triangles).sides, np.zeros(len(triangles))) / (3 * target)
 
 
 def mesh_figures(measures: Measures, spacing_between: SpacingBetween | None) -> dict[str, Any]:
     """Figures of a mesh of any orientation, as a report holds them.
 
-    How well edges keep the spacing is told where it is known, as a function (e,) of points (n, 2) and edges (e, 2).
+    They include how well edges fit the spacing, if that is known: a function (e,) of points (n, 2) and edges (e, 2).
     """
     points, (edges, count) = measures.points, measures.edges
     return figures(
@@ -226,10 +226,10 @@ def figures(
 
 
 def worst_triangles(measures: Measures, count: int) -> list[tuple[float, tuple[float, float]]]:
-    """Return radius ratio and centroid (x, y) of the worst triangles, at most ``count``, the worst first."""
+    """Radius ratio and centroid (x, y) of the worst triangles, at most ``count``, the worst first."""
     ratios = measures.radius_ratios
     count = min(count, len(ratios))
-    # Only what is no better than the last of them is sorted.
+    # Only triangles that are not better than the last of these are sorted.
     bad = np.flatnonzero(~(ratios > np.partition(ratios, count - 1)[count - 1]))
     worst = bad[np.argsort(ratios[bad], kind="stable")][:count]
     centroids = measures.points[measures.triangles[worst]].mean(axis=1)
@@ -245,11 +245,11 @@ def _angles(a: Floats, b: Floats, c: Floats) -> Floats:
 
 def _lengths(vectors: Floats) -> Floats:
     x, y = vectors.T
-    return np.asarray(np.sqrt(x * x + y * y))  # several times as fast as hypot, for lengths whose squares are numbers
+    return np.asarray(np.sqrt(x * x + y * y))  # several times as fast as hypot; the squares do not overflow
 
 
 def _irregular_fraction(valence: Integers, rim: Integers) -> float | None:
-    """Share of the inner nodes whose valence (n,) is not six, for edges (e, 2) at the rim."""
+    """Share of the inner nodes whose valence (n,) is not six, for edges (e, 2) at the rim; None without inner nodes."""
     inner = valence > 0
     inner[rim.ravel()] = False
     return float(np.mean(valence[inner] != REGULAR_VALENCE)) if inner.any() else None

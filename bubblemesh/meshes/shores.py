@@ -1,4 +1,4 @@
-"""The boundary of a mesh of water, in order: rings of edges, and the open, land and island stretches that these are."""
+"""The boundary of a mesh of water, in order: rings of edges, and their stretches: open water, land and islands."""
 
 import re
 from collections.abc import Sequence
@@ -11,33 +11,33 @@ from bubblemesh.meshes.edges import edge_keys, find_sides, neighbour_pairs
 from bubblemesh.meshes.mesh import Mesh
 
 Kind = Literal["open", "land", "island"]
-OPEN = re.compile(r"open(?![A-Za-z])", re.IGNORECASE)  # as open, open_west, open-2, open 3
+OPEN = re.compile(r"open(?![A-Za-z])", re.IGNORECASE)  # such as open, open_west, open-2, open 3
 
 
 class Stretch(NamedTuple):
-    """Boundary edges of one kind that follow each other.
+    """A chain of boundary edges of one kind.
 
-    An island is a whole ring, which has no node twice; any other stretch that is a whole ring ends where it begins.
+    An island is a whole ring, without the first node at its end; any other whole ring ends with its first node.
     """
 
     kind: Kind
-    label: str  # of an island all of its labels, with commas
-    nodes: Integers  # (k,) in order, the water on their left
+    label: str  # of an island, all of its labels, with commas
+    nodes: Integers  # (k,) in order, with the water on the left
 
 
 def is_open(mesh: Mesh, label: str) -> bool:
-    """Whether a label is that of an open boundary: one of the mesh's ``open_labels``, or if it has none by its name."""
+    """Whether a label is that of an open boundary: one of the mesh's ``open_labels``; by its name if it has none."""
     return label in mesh.open_labels if mesh.open_labels else OPEN.match(label) is not None
 
 
 def closed_facets(mesh: Mesh) -> Integers:
-    """Boundary facets (k, 2) that are no open ones, as pairs of nodes."""
+    """Boundary facets (k, 2) that are not open, as pairs of nodes."""
     shut = np.array([not is_open(mesh, label) for label in mesh.labels])
     return mesh.facets[mesh.outer & shut[mesh.facet_labels], :2]
 
 
 def dead_ends(mesh: Mesh) -> Booleans:
-    """Mask (t,) of the triangles that are joined to the sea by one side at most: two are closed."""
+    """Mask (t,) of the triangles with at least two closed sides, which are joined to the sea by one side at most."""
     count = np.zeros(len(mesh.triangles), np.int64)
     owner, _ = find_sides(mesh.triangles, len(mesh.points), closed_facets(mesh))
     np.add.at(count, owner[owner >= 0], 1)
@@ -45,9 +45,9 @@ def dead_ends(mesh: Mesh) -> Booleans:
 
 
 def cut_off(mesh: Mesh) -> Booleans:
-    """Mask (t,) of the triangles that no open side reaches through sides of triangles, but through points at most.
+    """Mask (t,) of the triangles from which no path through sides of triangles, not only points, leads to an open side.
 
-    Where nothing is open, it is the largest part that others are cut off from.
+    If nothing is open, these are the triangles outside of the largest part.
     """
     triangles = mesh.triangles
     part = components(neighbour_pairs(triangles[:, :3]), len(triangles))
@@ -60,7 +60,7 @@ def cut_off(mesh: Mesh) -> Booleans:
 
 
 def stretches(mesh: Mesh) -> list[Stretch]:
-    """Stretches of the boundary, ring by ring, outer rings first and the largest of them before others.
+    """Stretches of the boundary, ring by ring: outer rings first, the largest of them before the others.
 
     A ring around a hole without an open label is an island. Any other ring is cut where its labels change.
     """
@@ -88,14 +88,14 @@ def stretches(mesh: Mesh) -> list[Stretch]:
 def boundary_rings(mesh: Mesh) -> list[Integers]:
     """Numbers (k,) of the boundary facets of each ring in order, the domain on their left; outer rings first.
 
-    No ring has a node twice: where several meet at a node, they are rings of their own.
+    No ring has a node twice: rings that meet at a node are separate.
     """
     leaving: dict[int, list[int]] = {}
     for facet in np.flatnonzero(mesh.outer).tolist():
         leaving.setdefault(int(mesh.facets[facet, 0]), []).append(facet)
     rings = []
     for start in list(leaving):
-        path, place = list[int](), {start: 0}  # facets since the start, and how many come before each node
+        path, place = list[int](), {start: 0}  # facets since the start, and the number of those before each node
         node = start
         while leaving.get(node):
             path.append(leaving[node].pop())
@@ -112,7 +112,7 @@ def boundary_rings(mesh: Mesh) -> list[Integers]:
 
 
 def stretch_of_nodes(found: Sequence[Stretch], count: int) -> Integers:
-    """Number (n,) of the stretch of each node: open ones before others, else the one that goes on; -1 inside."""
+    """Number (n,) of the stretch of each node, -1 inside; of two, an open one first, else the one that goes on."""
     number = np.full(count, -1)
     opened = [k for k, each in enumerate(found) if each.kind == "open"]
     closed = [k for k, each in enumerate(found) if each.kind != "open"]

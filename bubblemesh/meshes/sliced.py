@@ -1,4 +1,4 @@
-"""A mesh that is too large to be held at once: what all of it has in common, and slices of nodes and triangles."""
+"""A mesh that is too large for memory: a frame that all of it has in common, and slices of nodes and triangles."""
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -15,7 +15,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.records import record
 
-AT_ONCE = 2  # slices that are in use
+AT_ONCE = 2  # slices in use at the same time
 
 
 class Slice(NamedTuple):
@@ -28,25 +28,25 @@ class Slice(NamedTuple):
 
 
 class Border(NamedTuple):
-    """The triangles along facets, at labelled points, and at what several slices have, as a small mesh."""
+    """The triangles along facets, at labelled points, and at nodes of several slices, as a small mesh."""
 
     mesh: Mesh  # with these triangles, and all facets and labelled points
     partition: Partition  # of these triangles into the slices
     nodes: Integers  # (m,): numbers of its nodes in the whole mesh, ascending
     cells: Integers  # (b,): numbers of its triangles in the whole mesh, ascending
     fields: Mapping[str, Floats]  # of its triangles
-    crowded: Booleans  # (n,): mask of the nodes of the frame that all of this is about
+    crowded: Booleans  # (n,): mask of the nodes of the frame at which these triangles are
 
 
 @record(eq=False)
 class SlicedMesh:
-    """A conforming triangle mesh of a plane domain, of which only a frame is held.
+    """A conforming triangle mesh of a plane domain, of which only a frame is in memory.
 
     Attributes
     ----------
     frame : Mesh
-        All facets, labels and regions of the mesh; its points are the first ones of the mesh, which triangles of
-        several slices may have. It has no triangles.
+        All facets, labels and regions of the mesh, and its first points, which triangles of several slices may use. It
+        has no triangles.
     outer : (f,)
         Mask of the facets that are boundary edges.
     sizes : (k, 2)
@@ -54,7 +54,7 @@ class SlicedMesh:
     fields : tuple of str
         Names of the fields of the triangles.
     read : callable
-        Gives a slice by its number; the nodes of the first one follow those of the frame.
+        Function that returns a slice by its number; the nodes of the first one follow those of the frame.
     """
 
     frame: Mesh
@@ -94,7 +94,7 @@ class SlicedMesh:
                 yield part
 
     def side_by_side(self, use: Callable[[int, Slice], None]) -> None:
-        """Give all slices, with their numbers, to a function that several threads may call at once, in any order."""
+        """Call a function with each slice and its number, in several threads and in any order."""
         with ThreadPoolExecutor(AT_ONCE, "slices") as threads:
             try:
                 for _ in threads.map(lambda number: use(number, self.read(number)), range(len(self.sizes))):
@@ -104,16 +104,16 @@ class SlicedMesh:
                 raise
 
     def points(self, nodes: Integers, number: int, part: Slice) -> Floats:
-        """Places (..., 2) of nodes (...), which are of the frame or of this slice with its number."""
+        """Places (..., 2) of nodes (...) of the frame or of the given slice, whose number is ``number``."""
         in_frame = nodes < len(self.frame.points)
         places = self.frame.points[np.where(in_frame, nodes, 0)]
         places[~in_frame] = part.points[nodes[~in_frame] - self.first_nodes[number]]
         return places
 
     def sample(self, count: int, field: str) -> tuple[Mesh, dict[str, Floats]]:
-        """A mesh of the triangles around that of the least value of a field, at most ``count``, and their fields.
+        """A mesh of at most ``count`` triangles around the one with the least value of a field, and their fields.
 
-        They are all of one slice; labelled points and periodic pairs are left out.
+        All of them are in one slice; labelled points and periodic pairs are left out.
         """
         number = min(range(len(self.sizes)), key=lambda number: float(self.read(number).fields[field].min()))
         part, frame = self.read(number), self.frame
@@ -143,7 +143,7 @@ class SlicedMesh:
         return mesh, {name: values[near] for name, values in part.fields.items()}
 
     def border(self) -> Border:
-        """Triangles along facets and where slices meet; all slices are read twice."""
+        """The triangles along facets and where slices meet; all slices are read twice."""
         frame, slices_at = self.frame, np.zeros(len(self.frame.points), np.int64)
         for part in self.slices():
             slices_at[np.unique(part.triangles[part.triangles < len(slices_at)])] += 1
@@ -174,5 +174,5 @@ class SlicedMesh:
 
 
 def among(mask: Booleans, numbers: Integers) -> Booleans:
-    """Whether numbers (...) have a mask (n,); those from n on have not."""
+    """Values of a mask (n,) at numbers (...); False for numbers from n on."""
     return np.append(mask, False)[np.minimum(numbers, len(mask))]

@@ -35,19 +35,19 @@ class Axes(NamedTuple):
             return np.where(self.across > 0, np.sqrt(self.across * self.along), np.nan)
 
     def times(self, factor: float | Floats) -> "Axes":
-        """Ellipses whose sizes are multiplied by factors (n,), or by one."""
+        """Ellipses whose sizes are multiplied by factors (n,), or all by the same factor."""
         return Axes(self.across * factor, self.along * factor, self.direction)
 
     def within(self, d: Floats) -> "Axes":
-        """The parts of the ellipses within circles of diameters d (n,): the ellipses that touch both."""
+        """The largest ellipses within these and within circles of diameters d (n,)."""
         return Axes(np.minimum(self.across, d), np.minimum(self.along, d), self.direction)
 
     def wider(self, aspect: float) -> "Axes":
-        """Ellipses as long, but wide enough to have no larger aspect."""
+        """Ellipses of the same length, widened where their aspect would be larger than the given one."""
         return Axes(np.maximum(self.across, self.along / aspect), self.along, self.direction)
 
     def shorter(self, share: Floats) -> "Axes":
-        """Ellipses as wide, and of these shares (n,) of the length."""
+        """Ellipses of the same width, with shares (n,) of their length."""
         return Axes(self.across, share * self.along, self.direction)
 
 
@@ -71,10 +71,10 @@ def area_sizes(tensors: Floats) -> Floats:
 
 
 def axes(tensors: Floats) -> Axes:
-    """Axes of the ellipses of positive tensors (n, 3); those of others are no numbers."""
+    """Axes of the ellipses of positive tensors (n, 3); NaN for other tensors."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         strong, _, direction = eigen(tensors)
-        weak = determinants(tensors) / strong  # where the difference in the smaller eigenvalue would cancel
+        weak = determinants(tensors) / strong  # the usual difference for the smaller eigenvalue would cancel
         return Axes(1 / np.sqrt(strong), 1 / np.sqrt(weak), direction)
 
 
@@ -95,7 +95,7 @@ def of_axes(across: Floats, along: Floats, direction: Floats) -> Floats:
 def symmetric(across: Floats, along: Floats, direction: Floats) -> Floats:
     """Symmetric tensors (n, 3) with eigenvalues (n,) across and along unit vectors (n, 2)."""
     (tx, ty), a, b = direction.T, along, across
-    result = np.empty((len(a), 3))  # filled in place: metrics are evaluated thousands of times, mostly at few places
+    result = np.empty((len(a), 3))  # filled in place, for speed: metrics are evaluated thousands of times
     result[:, 0] = a * tx * tx + b * ty * ty
     result[:, 1] = (a - b) * tx * ty
     result[:, 2] = a * ty * ty + b * tx * tx
@@ -103,7 +103,7 @@ def symmetric(across: Floats, along: Floats, direction: Floats) -> Floats:
 
 
 def require_positive_definite(d: Floats, where: Callable[[int], Sequence[float]]) -> None:
-    """CaseError unless ellipses have diameters d (n,), those of circles of their areas, with ``where`` one has none."""
+    """Check that tensors have ellipses, by their `area_sizes` d (n,); CaseError with the place, by ``where``."""
     bad = np.flatnonzero(~(np.isfinite(d) & (d > 0)))
     if len(bad):
         raise CaseError(
@@ -125,9 +125,9 @@ def of_logarithms(entries: Floats) -> Axes:
 
 
 def intersections(some: Floats, others: Floats) -> Floats:
-    """Tensors (n, 3) whose ellipses are, of those within the ellipses of both tensors (n, 3), the ones that touch them.
+    """Tensors (n, 3) of the largest ellipses within the ellipses of both of two tensors (n, 3).
 
-    In the basis in which both tensors are diagonal each diagonal entry is the larger one of both.
+    In the basis in which both tensors are diagonal, each diagonal entry is the larger one of both.
 
     References
     ----------
@@ -154,12 +154,12 @@ def size_ratios(some: Floats, others: Floats) -> Floats:
     """Largest ratios (n,), at least 1, of the sizes by both of two tensors (n, 3) in any one direction."""
     n11, n12, n22 = _seen_from(roots(some), others)
     half, apart = (n11 + n22) / 2, np.hypot((n11 - n22) / 2, n12)
-    small = (n11 * n22 - n12 * n12) / (half + apart)  # where the difference would cancel
+    small = (n11 * n22 - n12 * n12) / (half + apart)  # a form in which the difference does not cancel
     return np.asarray(np.sqrt(np.maximum(half + apart, 1 / small)))
 
 
 def _seen_from(root: Floats, others: Floats) -> tuple[Floats, Floats, Floats]:
-    """Entries (n,) of tensors (n, 3) in coordinates in which others, given by their roots, are unit: R^-T M R^-1."""
+    """Entries (n,) of tensors M in coordinates in which other tensors, with roots R (n, 3), are unit: R^-T M R^-1."""
     r11, r12, r22 = root.T
     i11, i12, i22 = 1 / r11, -r12 / (r11 * r22), 1 / r22
     m11, m12, m22 = others.T

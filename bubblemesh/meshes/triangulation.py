@@ -21,10 +21,21 @@ def triangulated(points: Floats, constraints: Integers) -> Integers:
 def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = None) -> tuple[Integers, Integers]:
     """Triangles (t, 3) and their edges (m, 2), each once, of the constrained Delaunay triangulation of a region.
 
-    The constraints (e, 2) form closed rings without crossings, and the region is what an odd number of rings encloses;
-    those of the mask ``two_sided`` (e,) lie inside of it and bound nothing. Triangles are counter-clockwise, in the
-    order of `in_order`; which of them where nodes lie on a circle, tells `without_ties`. GeometryError, with the
-    coordinates, if points (n, 2) coincide or constraints cross.
+    Triangles are counter-clockwise, in the order of `in_order`; where nodes lie on a circle, `without_ties` chooses.
+
+    Parameters
+    ----------
+    points
+        Nodes (n, 2).
+    constraints
+        Edges (e, 2) that form closed rings without crossings. The region is what an odd number of rings encloses.
+    two_sided
+        Mask (e,) of constraints that lie inside of the region and bound nothing.
+
+    Raises
+    ------
+    GeometryError
+        If points coincide or constraints cross; the message has the coordinates.
     """
     if not np.isfinite(points).all():  # the library would run out of memory
         raise ValueError("points must be finite")
@@ -32,11 +43,11 @@ def linked(points: Floats, constraints: Integers, two_sided: Booleans | None = N
 
 
 def _within(points: Floats, constraints: Integers, two_sided: Booleans | None) -> Integers:
-    """Triangles (t, 3) as of `linked`, in no order; the library's own mesh, which is large, ends here."""
+    """Triangles (t, 3) of `linked`, in no order; the library's own mesh, which is large, is freed at the end."""
     mesh = cdt.Triangulation(cdt.VertexInsertionOrder.AUTO, cdt.IntersectingConstraintEdges.NOT_ALLOWED, 0.0)
     try:
         mesh.insert_vertices(np.ascontiguousarray(points))  # type: ignore[call-overload]
-        # An edge that comes twice is passed without leaving the region.
+        # The library counts crossed edges: one that is there twice can be crossed without leaving the region.
         twice = constraints[:0] if two_sided is None else constraints[two_sided]
         mesh.insert_edges(np.concatenate([constraints, twice]).astype(np.uint32))  # type: ignore[call-overload]
     except RuntimeError as error:
@@ -50,9 +61,9 @@ def _within(points: Floats, constraints: Integers, two_sided: Booleans | None) -
 
 
 def sorted_triangles(triangles: Integers) -> Integers:
-    """Triangles (t, 3) turned to begin with their lowest node, and sorted: an order that makes files equal.
+    """Triangles (t, 3) turned to begin with their lowest node, and sorted, so that equal meshes give equal files.
 
-    They come back themselves if that is how they are already.
+    The same array is returned if it is already in this order.
     """
     a, b, c = triangles.T
     later = (a[1:] > a[:-1]) | ((a[1:] == a[:-1]) & (b[1:] > b[:-1]))
@@ -64,7 +75,7 @@ def sorted_triangles(triangles: Integers) -> Integers:
 
 
 def regions(triangles: Integers, facets: Integers, left: Integers, right: Integers) -> Integers:
-    """Region (t,) of each counter-clockwise triangle: what lies between the facets is all of one region.
+    """Region (t,) of each counter-clockwise triangle; regions change only across facets.
 
     The facets (e, 2) are edges of triangles, with the regions ``left`` and ``right`` (e,) on either side, -1 outside.
     """
@@ -92,7 +103,7 @@ def regions(triangles: Integers, facets: Integers, left: Integers, right: Intege
 
 
 def _explained(fault: str, points: Floats) -> str:
-    """The library's message with the coordinates of the first node it numbers, without its source lines."""
+    """The library's message without its source lines, with the coordinates of the first node that it names."""
     what, _, which = fault.partition(":")
     number = re.search(r"\d+", which)
     where = "" if number is None else f" at {place(points[int(number[0])])}"
