@@ -13,15 +13,15 @@ from bubblemesh.case.yaml import Document, read_document, read_text
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.records import record
 
-# Many cases may have the same base.
+# A batch may have many cases with the same base.
 document_of = lru_cache(maxsize=4)(read_document)
 
-OWN_KEYS = ("base", "name", "sweep")  # that a case neither takes over from its base nor sweeps
+OWN_KEYS = ("base", "name", "sweep")  # keys that a case does not inherit from its base and cannot sweep
 
 
 @record
 class SourceFile:
-    """A file of a case, with its name in messages."""
+    """The data of a file of a case, with the file's name in messages."""
 
     source: str
     document: Document
@@ -31,8 +31,14 @@ class SourceFile:
 def source_files(path: Path, source: str, text: str) -> list[SourceFile]:
     """The files of a case with its ``text``, from the one that has no base to the case itself.
 
-    Messages call the case ``source``. A base is relative to the folder of the file that names it; one that is no text,
-    or extends itself, is a CaseError, one that cannot be read a FileError, with the line.
+    Messages call the case ``source``. A base is relative to the folder of the file that names it.
+
+    Raises
+    ------
+    CaseError
+        If the name of a base is not a text, or a base extends itself; with the line.
+    FileError
+        If a base cannot be read; with the line.
     """
     files = [SourceFile(source, document_of(text, source), path.parent)]
     seen = [realpath(path)]
@@ -51,9 +57,9 @@ def source_files(path: Path, source: str, text: str) -> list[SourceFile]:
 
 
 def merged(files: Sequence[SourceFile]) -> dict[str, Any]:
-    """The data of all files: a key of a later one replaces that of an earlier one, and mappings join their keys.
+    """The data of all files together: a key of a later file replaces that of an earlier one; mappings are merged.
 
-    That goes one level deep: ``packing: {w2: 0.7}`` keeps the base's ``w1``, but a ring is replaced as a whole.
+    Mappings are merged one level deep: ``packing: {w2: 0.7}`` keeps the base's ``w1``, but a ring is replaced whole.
     """
     data: dict[str, Any] = {}
     for file in files:
@@ -67,7 +73,7 @@ def merged(files: Sequence[SourceFile]) -> dict[str, Any]:
 
 
 def _at_home(key: str, value: Any, folder: Path) -> Any:
-    """The value of a key of the case, with the folder before the names of files where it may have some."""
+    """The value of a key of the case; if it may name files, with the folder before their names."""
     if key == "spacing" and isinstance(value, dict):
         return value | {
             name: _with_files_found(value[name], folder) for name in DataTerms.model_fields if name in value

@@ -18,7 +18,7 @@ System = Annotated[Text, Field(min_length=1), BeforeValidator(_named)]
 class CrsKeys(Strict):
     """Coordinate reference systems; lengths are in metres then."""
 
-    # `from` is no name in Python.
+    # `from` cannot be a name in Python.
     model_config = ConfigDict(serialize_by_alias=True)
 
     source: System = Field(

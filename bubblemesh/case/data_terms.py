@@ -1,7 +1,7 @@
 """Data terms of a spacing, given as values: on a mesh, on a grid, by a picture, at points.
 
-A new one is a model here with its key in `DataTerms`, a function in ``spacing/terms``, and a row in
-``problem/data_terms.py`` that makes the one of the other.
+A new term takes a model here with its key in `DataTerms`, a function in ``spacing/terms``, and a row in
+``problem/data_terms.py`` that makes the function of the model.
 """
 
 from collections.abc import Iterator
@@ -42,7 +42,7 @@ class DataTerm(Strict):
     """Values of a spacing; with a key ``file`` if they may be in one."""
 
     def files(self) -> Iterator[Path]:
-        """Files that the term names, with those that belong to them."""
+        """Files that the term names, and further files that belong to these."""
         name = getattr(self, "file", None)
         if name is not None:
             # Imported here since few cases have data.
@@ -123,7 +123,7 @@ class ScatteredTerm(Tabulated):
 
 
 def several(terms: Model | tuple[Model, ...] | None) -> tuple[Model, ...]:
-    """All terms of a kind, however many there are."""
+    """The terms under a key as a tuple: none, one, or several."""
     if terms is None:
         return ()
     return terms if isinstance(terms, tuple) else (terms,)
@@ -143,6 +143,6 @@ class DataTerms(Strict):
 
     @property
     def data(self) -> dict[str, tuple[DataTerm, ...]]:
-        """The terms of each kind that there are."""
+        """The terms of each kind, by its key."""
         terms = {key: several(getattr(self, key)) for key in DataTerms.model_fields}
         return {key: models for key, models in terms.items() if models}

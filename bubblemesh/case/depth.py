@@ -36,7 +36,7 @@ class NodeDepthKeys(Strict):
     )
 
 
-# An expression alone stands for one with the other keys as they are by default.
+# A plain expression stands for a mapping with this expression and defaults for the other keys.
 NodeDepth = Annotated[
     Annotated[Depth, Tag("<plain>")] | Annotated[NodeDepthKeys, Tag("<keys>")],
     Discriminator(lambda value: "<keys>" if isinstance(value, dict | NodeDepthKeys) else "<plain>"),

@@ -99,7 +99,7 @@ DOMAINS = Choice("a mapping", ("outer", "file", "box"))
 
 
 def _of_regions(value: Any) -> bool:
-    """Whether a domain has no ring of its own, but regions of a file."""
+    """Whether a domain is given by the regions of a file, without rings of its own."""
     if isinstance(value, BaseModel):
         return isinstance(value, RegionDomain)
     if not isinstance(value, dict) or any(key in value for key in DOMAINS.keys):

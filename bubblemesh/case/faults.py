@@ -1,4 +1,4 @@
-"""Faults of a case's data, in words that name the file, the line and the key."""
+"""Messages on faults in a case's data, with the file, the line and the key."""
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import field
@@ -18,10 +18,10 @@ from bubblemesh.records import record
 Model = TypeVar("Model", bound=BaseModel)
 
 MAX_PROBLEMS = 10
-MAX_STRANGE = 100  # unknown keys for which it is found out what they explain
-MAX_ALIKE = 3  # entries of one list with the same problem that are all told of
+MAX_STRANGE = 100  # unknown keys for which to find out which other errors they explain
+MAX_ALIKE = 3  # entries of one list with the same problem that are all reported
 
-# Pydantic's kinds of errors in the words of a case file; other ones bring their own text.
+# Messages for Pydantic's kinds of errors in the words of a case file; other errors have a text of their own.
 MESSAGES = {
     "missing": "is missing",
     "float_type": "must be a number",
@@ -59,11 +59,19 @@ Path = tuple[str | int, ...]
 
 
 def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Path], str]) -> list[str]:
-    """Lines that tell of Pydantic's errors with the data of a model, one each: the place, the key and the fault.
+    """Lines on Pydantic's errors with the data of a model, one for each error: the place, the key and the fault.
 
-    What follows from another problem is left out, and what is alike is told once. ``place`` gives the place of a key
-    path, such as ``plate.yaml:12``; empty where there is none to tell. There is no line if all follows from problems
-    with parameters that are known otherwise.
+    Errors that follow from others are left out, and similar ones are reported once. The list is empty if all errors
+    follow from problems with parameters, which are reported elsewhere.
+
+    Parameters
+    ----------
+    error
+        The errors.
+    model
+        The model.
+    place
+        Returns the place of a key path, such as ``plate.yaml:12``, or an empty text if there is none.
     """
     errors = [dict(one) for one in error.errors(include_url=False)]
     found = [_Problem.of(one, model) for one in errors if not _follows(one)]
@@ -84,7 +92,7 @@ def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Pa
 
 
 def checked(model: type[Model], values: Mapping[str, Any]) -> Model:
-    """The model of values that a program gives; each line of a CaseError's message names a key."""
+    """Model of values that a program gives; CaseError, each line of which names a key, if they are invalid."""
     try:
         return model.model_validate(values)
     except ValidationError as error:
@@ -92,15 +100,15 @@ def checked(model: type[Model], values: Mapping[str, Any]) -> Model:
 
 
 def _follows(error: Mapping[str, Any]) -> bool:
-    """Whether an error of Pydantic's follows from another one."""
-    if error["type"] == "too_short":  # Pydantic does not count entries with errors of their own
+    """Whether an error of Pydantic follows from another one."""
+    if error["type"] == "too_short":  # entries that have errors are missing in Pydantic's count
         return len(error["input"]) >= int(error["ctx"]["min_length"])
     return bool(error["type"] == FOLLOWS)
 
 
 @record
 class _Problem:
-    """An error of Pydantic's, put in the words of a case file only when it is told of: there may be very many."""
+    """An error of Pydantic; its message is made only if it is reported, as there may be very many."""
 
     path: Path
     error: dict[str, Any]
@@ -108,17 +116,17 @@ class _Problem:
 
     @classmethod
     def of(cls, error: dict[str, Any], model: type[BaseModel]) -> "_Problem":
-        """Problem that an error is about."""
+        """Problem of an error of Pydantic."""
         return cls(tuple(part for part in error["loc"] if not is_mark(part)), error, model)
 
     @property
     def kind(self) -> str:
-        """Pydantic's word for it."""
+        """Pydantic's kind of the error."""
         return str(self.error["type"])
 
     @property
     def unknown(self) -> str | None:
-        """Name in an expression that stands for nothing."""
+        """Unknown name in an expression, if that is the error."""
         name = self.error.get("ctx", {}).get("unknown")
         return None if name is None else str(name)
 
@@ -130,14 +138,14 @@ class _Problem:
 
     @property
     def message(self) -> str:
-        """Message that tells the fault."""
+        """Message on the fault."""
         return (
             f"unknown key; {self.advice.text}" if self.kind == "extra_forbidden" else _message(self.error, self.model)
         )
 
     @property
     def group(self) -> Hashable:
-        """Key that is equal for problems told together: an unknown name, or a list and the fault in it."""
+        """Key that is equal for problems reported together: an unknown name, or a list and the fault in it."""
         if self.unknown is not None:
             return self.unknown
         ends = next((k for k in range(len(self.path), 0, -1) if isinstance(self.path[k - 1], str)), 0)
@@ -145,7 +153,7 @@ class _Problem:
 
 
 def _told(group: Sequence[_Problem]) -> list[tuple[_Problem, str]]:
-    """Problems of a group that are told of, with words on the others: the first of a name, some of a list."""
+    """Problems of a group to report, each with a note on those left out: the first one of a name, some of a list."""
     first, *others = group
     if others and first.unknown is not None:
         keys = list(dict.fromkeys(".".join(map(str, one.path)) for one in others))
@@ -156,7 +164,7 @@ def _told(group: Sequence[_Problem]) -> list[tuple[_Problem, str]]:
 
 
 def _message(problem: dict[str, Any], model: type[BaseModel]) -> str:
-    """Message that tells the fault and the value that was found."""
+    """Message on the fault, with the value that was found."""
     kind, value, loc = problem["type"], problem["input"], problem["loc"]
     message = MESSAGES[kind].format(**problem.get("ctx", {})) if kind in MESSAGES else problem["msg"]
     if kind in WITHOUT_VALUE:
@@ -174,7 +182,7 @@ def _message(problem: dict[str, Any], model: type[BaseModel]) -> str:
 
 
 def _form(loc: Sequence[str | int], model: type[BaseModel]) -> str:
-    """The form of the mapping at a location, with the keys that it must have; empty if there are none."""
+    """Text on the form of the mapping at a location, with its required keys; empty if it has none."""
     own = model_at(model, loc)
     fields = own.model_fields.items() if own else ()
     needed = [key_of(name, own) for name, field in fields if own and field.is_required()]
@@ -182,7 +190,7 @@ def _form(loc: Sequence[str | int], model: type[BaseModel]) -> str:
 
 
 def _inner_advice(value: Mapping[str, Any], loc: Sequence[str | int], model: type[BaseModel]) -> str:
-    """Advice on keys that belong into one of the mappings of a choice."""
+    """Advice on keys that belong into one of the mappings in a choice."""
     strangers = strange_keys(value, loc, model)
     inner = homes_below(strangers, loc, model)
     return f"; {', '.join(strangers)} belong{'s' if len(strangers) == 1 else ''} under {either(inner)}" if inner else ""
@@ -190,11 +198,11 @@ def _inner_advice(value: Mapping[str, Any], loc: Sequence[str | int], model: typ
 
 @record
 class Origin:
-    """Where a case comes from: files and lines of keys, or options that set them; cases are equal wherever that is."""
+    """Where a case comes from: files and lines of keys, or options that set them. It does not count in comparisons."""
 
     places: Mapping[tuple[str | int, ...], str] = field(default_factory=dict, compare=False)
-    seconds: float = field(default=0.0, compare=False)  # that loading the case took
-    root: FilePath | None = field(default=None, compare=False)  # folder that an untrusted case may not leave
+    seconds: float = field(default=0.0, compare=False)  # time that loading the case took
+    root: FilePath | None = field(default=None, compare=False)  # folder that contains all files of an untrusted case
 
     def __call__(self, key: Sequence[str | int]) -> str | None:
         """Place of a key, or of the nearest one above it, if any is known."""

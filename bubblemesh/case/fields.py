@@ -25,7 +25,7 @@ from bubblemesh.files import LONGEST_NAME, is_writable
 from bubblemesh.spacing.expression import Expression, UnknownNameError, constant
 from bubblemesh.spacing.quantities import Dimension
 
-# Kind of an error that another one explains.
+# Kind of errors that follow from another error.
 FOLLOWS = "follows"
 
 # Tags become parts of Pydantic's error locations, so they must not look like keys of the file.
@@ -35,12 +35,12 @@ TAG = "<{}>"
 class Strict(BaseModel):
     """A mapping of a case file: frozen, with no keys but its own."""
 
-    # Validators are built when one is needed: that of a case has those of all its parts in it.
+    # Validators are built when needed: that of a case contains those of all its parts.
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
 
 class Once:
-    """Mark at the end of a kind of values: Pydantic makes the schema of its checks once, for all keys that have it."""
+    """Mark at the end of an annotated type, for which Pydantic then builds its checks only once for all keys."""
 
     def __init__(self) -> None:
         self._schema: CoreSchema | None = None
@@ -52,7 +52,7 @@ class Once:
 
 
 def described(value: object) -> str:
-    """A value as messages show what was found."""
+    """A value as text, for messages that show what was found."""
     match value:
         case None:
             return "nothing"
@@ -72,13 +72,13 @@ def _cut(text: str) -> str:
 
 
 class Choice(NamedTuple):
-    """A mapping that is one of several models, told apart by the only one of ``keys`` that it has."""
+    """A choice of several models for a mapping, which has exactly one of ``keys``."""
 
     what: str
     keys: tuple[str, ...]
 
     def tag(self, value: Any) -> str:
-        """Pydantic's tag of the model for a `checked` value."""
+        """Tag by which Pydantic chooses the model of a `checked` value."""
         return TAG.format(next(key for key in self.keys if key in _keys(value)))
 
     def checked(self, value: Any) -> Any:
@@ -99,7 +99,7 @@ def _keys(value: Any) -> Any:
 
 
 def listed(count: int, what: str) -> BeforeValidator:
-    """Check for a list of ``count`` entries, so that a message speaks of the whole list."""
+    """Check for a list of ``count`` entries, with a message on the whole list."""
 
     def check(value: Any) -> Any:
         if not isinstance(value, list | tuple) or len(value) != count:
@@ -110,7 +110,7 @@ def listed(count: int, what: str) -> BeforeValidator:
 
 
 def filled(value: Any) -> Any:
-    """Check that a value is no empty list; Pydantic's own check would count the valid entries only."""
+    """Check that a list is not empty; Pydantic's own check would count the valid entries only."""
     if isinstance(value, list | tuple) and not value:
         raise PydanticCustomError("empty", "must have at least one entry")
     return value
@@ -128,7 +128,7 @@ def _parts(value: Any) -> Any:
 
 
 def _label(value: Any) -> Any:
-    if isinstance(value, float):  # the text of the file is lost: 1.1 may have been 1.10
+    if isinstance(value, float):  # the text is not known any more: 1.1 may have been 1.10
         raise PydanticCustomError(
             "label", "must be a text or a whole number (found {found}): put it in quotes", {"found": str(value)}
         )
@@ -149,11 +149,11 @@ def _parameters(info: ValidationInfo) -> Mapping[str, float]:
 
 
 def evaluated(value: Any, info: ValidationInfo, dimension: Dimension = "length") -> Any:
-    """The number that a text stands for, with the parameters that are the validation's context.
+    """The number that a text stands for, with parameters from the context of the validation.
 
-    A number with a unit has to be of the dimension.
+    A unit has to fit the dimension.
     """
-    if not isinstance(value, str) or is_number(value):  # a number in quotes is a mistake that has a message of its own
+    if not isinstance(value, str) or is_number(value):  # a number in quotes is a mistake with a message of its own
         return value
     try:
         return constant(value, _parameters(info), dimension)
@@ -182,9 +182,9 @@ def _with_parameters(value: Any, info: ValidationInfo) -> Any:
 def fault_of(
     error: CaseError, kind: LiteralString, message: LiteralString = "{problem}", **context: str
 ) -> PydanticCustomError:
-    """Error of a model's check for one of an expression or a text.
+    """Pydantic's error for an error of an expression or a text.
 
-    Its kind is `FOLLOWS` where that is due to a parameter that has a fault itself; an unknown name is in its context.
+    Its kind is `FOLLOWS` if a faulty parameter is the cause; its context has the unknown name, if there is one.
     """
     if isinstance(error, UnknownNameError):
         kind, context = FOLLOWS if error.follows else kind, context | {"unknown": error.name}
@@ -194,7 +194,7 @@ def fault_of(
 def as_expression(
     parse: Callable[[str, Mapping[str, float]], Expression],
 ) -> Callable[[Any, ValidationInfo], Expression]:
-    """Check that parses a text or a number as an expression, with the parameters that are the validation's context."""
+    """Check that parses a text or a number as an expression, with parameters from the context of the validation."""
 
     def check(value: Any, info: ValidationInfo) -> Expression:
         if isinstance(value, Expression):
@@ -209,10 +209,10 @@ def as_expression(
     return check
 
 
-AS_GIVEN = PlainSerializer(lambda expression: expression.given, return_type=str)  # of an expression
+AS_GIVEN = PlainSerializer(lambda expression: expression.given, return_type=str)  # writes an expression as it was given
 
 Constant = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
-# These may be expressions of the case's parameters, which are the context of the validation.
+# Numbers that may be expressions of the case's parameters, which are the context of the validation.
 Number = Annotated[Constant, BeforeValidator(_length, json_schema_input_type=Constant | str), Once()]
 _Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST_NUMBER)]
 Positive = Annotated[_Positive, BeforeValidator(_length, json_schema_input_type=_Positive | str), Once()]
@@ -230,7 +230,7 @@ Copies = Annotated[
 ]
 Point = Annotated[tuple[Number, Number], listed(2, "a point [x, y]"), Once()]
 
-# A text may name parameters in braces. A case that no file gives has none: its texts are what they are.
+# A text may name parameters in braces. Cases that are not from a file have no parameters: texts stay as they are.
 Text = Annotated[str, BeforeValidator(_with_parameters), Once()]
 Filled = Annotated[Any, BeforeValidator(_with_parameters)]  # any value, texts with their parameters
 Label = Annotated[
@@ -244,7 +244,7 @@ OneLabel = Annotated[Label | None, Field(description="Name of this boundary in t
 
 
 def is_file_name(path: str) -> bool:
-    """Whether a path can be that of a file; ``.`` and ``/``, for example, are folders wherever they are."""
+    """Whether a path can be that of a file; ``.`` and ``/``, for example, are always folders."""
     return PurePath(path).name not in ("", "..")
 
 

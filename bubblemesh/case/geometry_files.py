@@ -1,4 +1,4 @@
-"""Files with geometry in a case file: what to take of them, and how their rings are followed."""
+"""Files with geometry in a case file: which features to use, and how their rings are followed."""
 
 from typing import Annotated, Any
 
@@ -31,7 +31,7 @@ class FollowedKeys(Strict):
 
 
 def _one_or_more(value: Any) -> Any:
-    """Names, which YAML may take for whole numbers: each DXF file has a layer 0."""
+    """Names as a tuple of texts; YAML may read one as a whole number, as each DXF file has a layer 0."""
     names = value if isinstance(value, list) else [value] if isinstance(value, str | int) else value
     if not isinstance(names, list):
         return names

@@ -1,4 +1,4 @@
-"""Where each key of a case belongs: a table that is made of the models."""
+"""Where each key of a case belongs: a table made from the models."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
@@ -10,14 +10,14 @@ from pydantic import BaseModel, Tag
 from bubblemesh.messages import closest, either, meant
 
 MOST_SHOWN = 3
-ALIKE, VERY_MUCH_ALIKE = 0.8, 0.9  # ratios of words that are taken for one with a slip
+ALIKE, VERY_MUCH_ALIKE = 0.8, 0.9  # difflib's ratios from which on a word may be a misspelling of another one
 
 Model = type[BaseModel]
 Path = tuple[str, ...]
 
 
 class Home(NamedTuple):
-    """A mapping that may have a key: its path without numbers of entries, and the key that tells its kind apart."""
+    """A mapping that may have a key: its path, without indices of lists, and the key that shows its kind."""
 
     path: Path
     beside: str | None = None
@@ -27,7 +27,7 @@ class Home(NamedTuple):
         return where if self.beside is None else f"{where}, beside {self.beside}"
 
     def distance(self, path: Path) -> int:
-        """Number of steps up and down that lead here from another mapping."""
+        """Number of steps up and down from another mapping to this one."""
         shared = next((k for k, (a, b) in enumerate(zip(self.path, path, strict=False)) if a != b), None)
         common = min(len(self.path), len(path)) if shared is None else shared
         return len(self.path) + len(path) - 2 * common
@@ -44,7 +44,7 @@ def key_of(name: str, model: Model) -> str:
 
 
 def models_in(annotation: Any, tag: str | None = None) -> Iterator[tuple[str | None, Model]]:
-    """Models that a type is made of, each with the key that tells it apart where it is one of a choice."""
+    """Models in a type, each with the key that shows its kind if it is one of a choice."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield (tag if tag in annotation.model_fields else None), annotation
         return
@@ -59,7 +59,7 @@ def model_at(model: Model, loc: Sequence[str | int]) -> Model | None:
     models = [model]
     for part in loc:
         if is_mark(part):
-            # A tag is the key that tells its model apart, where there are several.
+            # A tag is the key that shows which of several models is meant.
             models = [one for one in models if str(part)[1:-1] in one.model_fields] or models
         elif isinstance(part, str):
             names = [name for name in models[0].model_fields if key_of(name, models[0]) == part] if models else []
@@ -75,9 +75,9 @@ def keys_of(model: Model) -> list[str]:
 
 @cache
 def homes(model: Model) -> dict[str, tuple[Home, ...]]:
-    """All mappings below a model, itself included, that may have each key: those that lie highest first.
+    """For each key, all mappings within a model, or the model itself, that may have it; the outermost first.
 
-    A model inside of itself, such as a ring that is made of rings, counts where it begins.
+    Of a model within itself, such as a ring that is made of rings, only the outer one counts.
     """
     found: dict[str, dict[Home, None]] = {}
     level: list[tuple[Home, Model, frozenset[Model]]] = [(Home(()), model, frozenset())]
@@ -99,7 +99,7 @@ def _option_homes(model: Model) -> dict[str, tuple[Home, ...]]:
     """Sections that may have each option of a method, in a case."""
     if not {"packing", "schedule"} <= model.model_fields.keys():
         return {}
-    # Imported here since the methods need SciPy, for which a wrong case should not wait.
+    # Imported here since the methods need SciPy, and errors in a case should come at once.
     from bubblemesh.packing.configure import all_options
 
     found: dict[str, tuple[Home, ...]] = {}
@@ -109,17 +109,16 @@ def _option_homes(model: Model) -> dict[str, tuple[Home, ...]]:
 
 
 class Advice(NamedTuple):
-    """Advice on an unknown key, and keys beside it that are not missing once it is followed."""
+    """Advice on an unknown key, and the missing keys beside it that would be there if it is followed."""
 
     text: str
     explains: tuple[str, ...] = ()
 
 
 def advice_on(key: str, loc: Sequence[str | int], model: Model) -> Advice:
-    """Advice on a key that the mapping at a location does not know: the key that is meant, or where this one belongs.
+    """Advice on an unknown key of the mapping at a location: the key that may be meant, or where this key belongs.
 
-    The same key elsewhere counts more than one here that is a little alike; one elsewhere that is very much alike, more
-    than none here.
+    The same key elsewhere is preferred to a similar key here; a very similar key elsewhere comes last.
     """
     own, path = model_at(model, loc), path_of(loc)
     known = keys_of(own) if own else []
@@ -138,24 +137,24 @@ def advice_on(key: str, loc: Sequence[str | int], model: Model) -> Advice:
 
 
 def home_of_no_option(key: str, path: Sequence[str], model: Model) -> str | None:
-    """Where a key among the options of a method belongs, if it is none, but one that other mappings have."""
+    """Where a key among the options of a method belongs, if it is not an option but a key of other mappings."""
     places = () if key in _option_homes(model) else homes(model).get(key, ())
     return f"it belongs {_listed(nearest(places, tuple(path)), tuple(path), model)}" if places else None
 
 
 def nearest(places: Sequence[Home], path: Path) -> list[Home]:
-    """Places, of several ones, to which the fewest steps lead from a mapping."""
+    """The places to which the fewest steps lead from a mapping."""
     least = min(place.distance(path) for place in places)
     return [place for place in places if place.distance(path) == least]
 
 
 def _next_steps(places: Sequence[Home], path: Path) -> tuple[str, ...]:
-    """Keys of a mapping below which the places are."""
+    """Keys of a mapping that lead to the places."""
     return tuple(place.path[len(path)] for place in places if place.path[: len(path)] == path and place.path != path)
 
 
 def _listed(places: Sequence[Home], here: Path, model: Model) -> str:
-    """The first of the places in words, each with what tells its kind apart where not all kinds, or many, will do."""
+    """Text with the first places, with the kind of mapping where only some kinds have the key, or there are many."""
     shown = []
     for path in dict.fromkeys(place.path for place in places):
         kinds = {place.beside for row in homes(model).values() for place in row if place.path == path} - {None}
@@ -169,18 +168,18 @@ def _listed(places: Sequence[Home], here: Path, model: Model) -> str:
 
 
 def path_of(loc: Sequence[str | int]) -> Path:
-    """Keys of a location, without numbers of entries and marks."""
+    """Keys of a location, without indices of lists and marks."""
     return tuple(part for part in loc if isinstance(part, str) and not is_mark(part))
 
 
 def strange_keys(keys: Iterable[str], loc: Sequence[str | int], model: Model) -> list[str]:
-    """Keys, of several ones, that no kind of mapping at a location has."""
+    """The keys that no kind of mapping at a location has."""
     path, table = path_of(loc), homes(model)
     return [key for key in keys if all(place.path != path for place in table.get(key, ()))]
 
 
 def homes_below(keys: Sequence[str], loc: Sequence[str | int], model: Model) -> list[str]:
-    """Keys of the mapping at a location below each of which all of the given keys belong."""
+    """Keys of the mapping at a location whose values may have all of the given keys."""
     path, table = path_of(loc), homes(model)
     fitting = [[place.path[-1] for place in table.get(key, ()) if place.path[:-1] == path] for key in keys]
     return [one for one in dict.fromkeys(fitting[0]) if all(one in others for others in fitting)] if fitting else []

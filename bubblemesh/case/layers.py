@@ -9,7 +9,7 @@ from bubblemesh.case.data_terms import OneOrMore
 from bubblemesh.case.faults import checked
 from bubblemesh.case.fields import Growth, Label, Layers, Positive, Strict
 
-GROWTH = 1.2  # of layers that are given no other
+GROWTH = 1.2  # default
 
 
 class LayerKeys(Strict):
@@ -56,11 +56,11 @@ class LayerKeys(Strict):
 
 
 class _Given(Strict):
-    """Parent of the layers that a program gives, with whose key messages start."""
+    """Mapping around layers given by a program; messages begin with its key."""
 
     layers: tuple[LayerKeys, ...] = Field(description="The layers.")
 
 
 def layer_entries(entries: Any) -> tuple[LayerKeys, ...]:
-    """Layers that a program gives as a list of dictionaries; each line of a CaseError's message names a key."""
+    """Layers given by a program as a list of dictionaries; CaseError, each line of which names a key, if invalid."""
     return checked(_Given, {"layers": entries}).layers

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 FOREVER = 1e9  # seconds
-DEEPEST = 4  # parts of the keys that errors of the geometry and the spacing tell the lines of
+DEEPEST = 4  # parts of keys whose lines are kept for errors of the geometry and the spacing
 
 
 def load_case(
@@ -48,18 +48,18 @@ def load_case(
     path : path
         The case file; also the name in messages if ``text`` is given, where ``-`` is the standard input.
     overrides : sequence of str or Override
-        Settings such as ``domain.holes.0.circle.radius=0.3``, later ones over earlier ones.
+        Settings such as ``domain.holes.0.circle.radius=0.3``; later ones replace earlier ones.
     text : str, optional
         The case as YAML, in place of the file's content.
     variant : Variant, optional
-        Which of the cases of a sweep; without it, a file with a sweep is an error. One that `case_variants` gave is
-        that of the files as they were then, which are not read again.
+        Which of the cases of a sweep; without it, a file with a sweep is an error. For a variant from `case_variants`
+        the files are not read again: the case is that of the files as they were then.
     untrusted : bool
         Whether the case comes from a stranger: its files have to be below its folder, wherever links lead, and its
         limits are at most those of `UNTRUSTED`, unless ``overrides`` or ``options`` set them.
     **options
-        ``method``, ``seed`` and ``time_limit`` set ``method``, ``packing.seed`` and ``limits.seconds`` over
-        ``overrides``.
+        ``method``, ``seed`` and ``time_limit`` set ``method``, ``packing.seed`` and ``limits.seconds``, and replace
+        values in ``overrides``.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def _loaded(
     root: Path | None,
     begun: float,
 ) -> Case:
-    """The case; its reading has begun at that reading of the clock."""
+    """The case, with the arguments of `load_case`; ``begun`` is the reading of the clock when that was called."""
     data, places = _read(path, text, changes, root, variant.files if variant else ())
     allow(_seconds(data.get("limits")))
     sweep = data.pop("sweep", None)
@@ -114,9 +114,9 @@ def case_variants(
     untrusted: bool = False,
     **options: Any,
 ) -> list[Variant]:
-    """The cases that a file, or a ``text`` in its place, stands for: one, or those of its sweep.
+    """The variants in a file, or in a ``text`` in its place: one, or those of its sweep.
 
-    Errors are those of `load_case`, but the cases are not checked; an option that sets what is swept is a CaseError.
+    The same errors as `load_case`, but the cases are not checked yet; CaseError if an option sets a swept key.
     """
     path, changes = _named(path, text), overrides_of(overrides, **options)
     root = _root_of(path, untrusted)
@@ -133,9 +133,9 @@ def case_variants(
 
 
 def _named(path: Path | str, text: str | None) -> Path:
-    """Path of a case file; a FileError if its name is empty, which would be that of the working directory.
+    """Path of a case file.
 
-    CaseError if the text in its place is none.
+    FileError if the name is empty, which would mean the working directory; CaseError if the text is not a string.
     """
     if text is not None and not isinstance(text, str):
         raise CaseError(f"text: must be a text (found {type(text).__name__}): decode bytes by their decode()")
@@ -145,19 +145,19 @@ def _named(path: Path | str, text: str | None) -> Path:
 
 
 def _root_of(path: Path, untrusted: bool) -> Path | None:
-    """Folder that an untrusted case may not leave; None for a trusted one."""
+    """Folder that contains all files of an untrusted case; None for a trusted one."""
     return Path(realpath(path.parent)) if untrusted else None
 
 
 def _in_time(path: Path, changes: Sequence[Override], root: Path | None, call: Callable[[float], T]) -> T:
-    """Value of a call, which is told when it has begun, within the limits that changes of the case may set."""
+    """Value of a call, with the time when it began as argument, within limits that overrides may set."""
     begun = perf_counter()
     seconds, memory = _allowed("seconds", changes, None), _allowed("max_memory_mb", changes, root)
     return within(lambda: call(begun), seconds, memory, begun, f"{_source(path)}: ")
 
 
 def _allowed(key: str, changes: Sequence[Override], root: Path | None) -> float | None:
-    """Limit that holds while a case is read, before it is known what the case itself gives."""
+    """Limit that holds while a case is read, when its own limits are not known yet."""
     given = [change.value for change in changes if change.path == ("limits", key)]
     if given:
         return _usable(given[-1])
@@ -165,7 +165,7 @@ def _allowed(key: str, changes: Sequence[Override], root: Path | None) -> float 
 
 
 def _seconds_ahead(text: str, changes: Sequence[Override], root: Path | None) -> float | None:
-    """Time limit that holds once a case's text is there, if no change sets it: its own may stand anywhere in it."""
+    """Time limit of a case by a first look at its text, if no override sets it: the key may be anywhere in there."""
     if any(change.covers(("limits", "seconds")) for change in changes):
         return None
     given = (_seconds(value_ahead(text, "limits")), None if root is None else UNTRUSTED["seconds"])
@@ -173,12 +173,12 @@ def _seconds_ahead(text: str, changes: Sequence[Override], root: Path | None) ->
 
 
 def _usable(seconds: Any) -> float | None:
-    """A time limit, if it is one that can be met: others are reported where they stand."""
+    """A time limit if it is a valid one, else None: invalid ones are reported later, with their place."""
     return seconds if type(seconds) in (int, float) and 0 < seconds < FOREVER else None
 
 
 def _seconds(limits: Any) -> float | None:
-    """Time limit among the limits that a file gives, if there is one."""
+    """Time limit among the limits in a file, if there is one."""
     return _usable(limits.get("seconds")) if isinstance(limits, dict) else None
 
 
@@ -189,7 +189,7 @@ def _source(path: Path) -> str:
 def _read(
     path: Path, text: str | None, changes: Sequence[Override], root: Path | None, files: Sequence[SourceFile] = ()
 ) -> "tuple[dict[str, Any], _Places]":
-    """The data of a case's files with the changes over it, and where it comes from.
+    """The data of a case's files with the overrides, and the places of the values.
 
     ``files`` that are known already are not read again, unless they have to be below a root.
     """
@@ -210,14 +210,14 @@ def _read(
 
 @record
 class _Places:
-    """Places that the values of a case come from."""
+    """Places from which the values of a case come."""
 
     files: Sequence[SourceFile]
     changes: Sequence[Override]
 
     def __call__(self, path: Sequence[str | int]) -> str:
-        """Option that set or made the value at the key path, else the file and the line of its nearest known key."""
-        # Those of other keys, which very many cases of a sweep may have, tell nothing.
+        """Option that has set or made the value at the key path, else the file and line of its nearest known key."""
+        # Options for other keys, which cases of a sweep may have in great number, are not looked through.
         changes = [change for change in reversed(self.changes) if not path or str(change.path[0]) == str(path[0])]
         for change in changes:
             if change.covers(path):
@@ -229,7 +229,7 @@ class _Places:
         return place_of(self.files, path)
 
     def is_option(self, path: Sequence[str | int]) -> bool:
-        """Whether an option, not a file, set the value at the key path."""
+        """Whether an option, not a file, has set the value at the key path."""
         return any(change.covers(path) for change in self.changes if change.key is None)
 
     def message(self, path: Sequence[str | int], problem: object) -> str:
@@ -238,9 +238,9 @@ class _Places:
 
 
 def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: float, told: Sequence[str] = ()) -> Case:
-    """The case of ``data``, whose reading has begun then, with everything checked that needs no geometry.
+    """The case of ``data``, with everything checked that needs no geometry.
 
-    Its warnings are those that have been ``told``, and others that are found.
+    ``begun`` is the reading of the clock when loading began. The warnings in ``told`` are among those of the case.
     """
     parameters = data.get("parameters")
     found = resolved(parameters if isinstance(parameters, dict) else {}, units=data.get("crs") is not None)
@@ -271,10 +271,10 @@ def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:
 
 
 def _check_names(case: Case, places: _Places) -> None:
-    """Every region needs a name of its own."""
+    """Check that each region has a name of its own."""
     seen = {case.domain.region: "domain.region"}
     for number, region in enumerate(case.domain.regions):
-        if isinstance(region, RegionFile):  # which names regions are in it is known when it is read
+        if isinstance(region, RegionFile):  # the names of its regions are known when it is read
             continue
         path = ("domain", "regions", number, "name")
         if region.name in seen:
@@ -284,7 +284,7 @@ def _check_names(case: Case, places: _Places) -> None:
 
 
 def _limited(case: Case, places: _Places) -> Case:
-    """The case with the limits of untrusted ones where it has none; it is a CaseError if it asks for more itself."""
+    """The case with the limits of untrusted cases where it has none; CaseError if it asks for more itself."""
     limits: dict[str, float] = {}
     for key, most in UNTRUSTED.items():
         path, given = ("limits", key), getattr(case.limits, key)
@@ -299,7 +299,7 @@ def _limited(case: Case, places: _Places) -> Case:
 
 
 def _on_option(error: "OptionError", places: _Places) -> str:
-    """Line on a fault of a method's option; a key of another part of the case is told where it belongs."""
+    """Line on a fault of a method's option; for a key of another part of the case it says where that belongs."""
     path = [error.section] if error.key is None else [error.section, error.key]
     belongs = None if error.key is None else home_of_no_option(error.key, path[:1], Case)
     return places.message(path, f"unknown key; {belongs}" if belongs else error.message)
@@ -308,12 +308,12 @@ def _on_option(error: "OptionError", places: _Places) -> str:
 def _with_method(case: Case, places: _Places) -> tuple[Case, tuple[str, ...]]:
     """The case with its method configured, and warnings on options that are left out.
 
-    Options in files are left out if an option of the command line names a method that does not use them, but another
-    one does.
+    If an option of the command line sets the method, options in files that this method does not use, but others do, are
+    left out.
     """
     if case.method == Case.model_fields["method"].default and not case.packing and not case.schedule:
         return case, ()
-    # Imported here since a wrong case should not wait for the methods.
+    # Imported here since the methods take time to load, and errors in a case should come at once.
     from bubblemesh.packing.configure import OptionError, all_options, unused_keys
 
     warnings = []

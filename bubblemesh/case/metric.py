@@ -28,7 +28,7 @@ AnyValue = Annotated[
     BeforeValidator(_any_value),
 ]
 Aspect = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1, le=10_000)]
-ASPECT = 1000.0  # largest one, of ellipses for which the case gives none
+ASPECT = 1000.0  # largest aspect of ellipses by default
 
 
 class MetricTerm(Strict):
@@ -89,11 +89,11 @@ AnyMetric = Annotated[
 
 
 class _Given(Strict):
-    """Parent of the metrics that a program gives, with whose key messages start."""
+    """Mapping around metrics given by a program; messages begin with its key."""
 
     metric: OneOrMore[AnyMetric] = Field(description="The metric, or several.")
 
 
 def metric_entries(metric: Any) -> tuple[AnyMetric, ...]:
-    """Metrics that a program gives as a dictionary or several; each line of a CaseError's message names a key."""
+    """Metrics given by a program as one or several dictionaries; CaseError, whose lines name keys, if invalid."""
     return several(checked(_Given, {"metric": metric}).metric)

@@ -1,4 +1,4 @@
-"""The case file's models, their JSON Schema, whose text the descriptions are, and the template of a case."""
+"""The models of the case file, their JSON Schema, made from their descriptions, and the template of a case."""
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
@@ -62,7 +62,7 @@ def _parameter_name(name: str) -> str:
     return name
 
 
-# Expressions have become numbers when a case is checked.
+# When a case is checked, expressions become numbers.
 Parameter = Annotated[Constant, BeforeValidator(lambda value: value, json_schema_input_type=Constant | str)]
 
 
@@ -133,7 +133,7 @@ class Limits(Strict):
     )
 
 
-# Limits of a case from a stranger, which the case may lower, and options of the command line may raise.
+# Limits of untrusted cases: the case may lower them, options of the command line may raise them.
 UNTRUSTED: Mapping[str, int] = {"max_nodes": 200_000, "seconds": 300, "max_memory_mb": 2000}
 
 
@@ -243,12 +243,12 @@ class Case(Strict):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings on keys that were left out on loading, or that this system cannot heed."""
+        """Warnings on keys that were left out on loading, or that have no effect on this system."""
         return (*self._warnings, *unlimited_memory(self.limits.max_memory_mb))
 
     @property
     def root(self) -> Path | None:
-        """Folder below which all files of an untrusted case have to be; None for a trusted one."""
+        """Folder that contains all files of an untrusted case; None for a trusted one."""
         return self._origin.root
 
     def loaded(self, origin: Origin, warnings: tuple[str, ...]) -> "Case":
@@ -258,16 +258,16 @@ class Case(Strict):
         return case
 
     def within_limits(self, call: Callable[[], T], place: str = "") -> T:
-        """Value of a call that is made within the limits of the case; the time that it took to load the case counts.
+        """Value of a call within the limits of the case, to which the time for loading the case counts.
 
-        LimitError, whose message begins with the ``place``, if the time or the memory is not enough.
+        LimitError, whose message begins with the ``place``, if a limit is exceeded.
         """
         limits = self.limits
         return within(call, limits.seconds, limits.max_memory_mb, perf_counter() - self._origin.seconds, place)
 
     @property
     def spacing_terms(self) -> SpacingTerms:
-        """The terms of the spacing, of which a plain value is the only one."""
+        """The terms of the spacing; a plain value is the only term."""
         return as_terms(self.spacing)
 
     @cached_property
@@ -279,7 +279,7 @@ class Case(Strict):
         return configured(self.method, self.packing, self.schedule)
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """A copy, with some other values; one with another method or options is configured anew."""
+        """A copy with some other values; if they change the method or its options, it is configured again."""
         copy = super().model_copy(update=update, deep=deep)
         if update:
             copy.__dict__.pop("configured_method", None)
@@ -304,15 +304,15 @@ def case_schema() -> dict[str, Any]:
         properties[section] |= {"properties": {}, "additionalProperties": False}
     for option in all_options():
         properties[option.section]["properties"][option.key] = {"description": option.meaning, **option.schema}
-    # A case with a base may have from there what others must have themselves.
+    # Keys that are required may come from the base, if there is one.
     schema["anyOf"] = [{"required": schema.pop("required")}, {"required": ["base"]}]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_with_overlaps(schema)}
 
 
 def _with_overlaps(schema: Any) -> Any:
-    """Schema whose alternatives may hold together: a text is a name and an expression, say, which models tell apart.
+    """Schema with ``anyOf`` in place of ``oneOf``, since a value may fit several alternatives of a choice.
 
-    Pydantic writes ``oneOf`` where a function chooses the model, whatever else would hold too.
+    Pydantic writes ``oneOf`` where a function chooses the model, even if, say, a text is both a name and an expression.
     """
     if isinstance(schema, list):
         return [_with_overlaps(part) for part in schema]

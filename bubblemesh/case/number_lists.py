@@ -1,9 +1,8 @@
-"""Lists of numbers in YAML text, which are read at once: a ring may have hundreds of thousands of points.
+"""Fast reading of lists of numbers in YAML text: a ring may have hundreds of thousands of points.
 
-Each is cut out of the text, and a word with its number, `MARK` and digits, stands in its place, be it in brackets or a
-list of such lists as lines with dashes. The parser's events
-tell whether that word is a value by itself, for then the list was one; where it has become a part of a text, a key
-or anything else, the whole text is to be read without this.
+Each list, in brackets or as a list of such lists on lines with dashes, is cut out of the text before that is parsed,
+and replaced by a word with its number, `MARK` and digits. If the parser finds this word as a value, the list was one.
+If it is part of a text, a key or anything else, the whole text has to be read again in the usual way.
 """
 
 import json
@@ -18,19 +17,20 @@ from bubblemesh.records import record
 MARK = "\ue000"  # a character for private use, with which a plain scalar may begin
 CANDIDATE = re.compile(r"\[[-+.0-9eE,\[\] \r\n]*")
 BETWEEN_BREAKS = re.compile(r"[^\r\n]+")
-# Lines with a dash and a list each, all at one indentation; blank lines and comments may stand between and behind them.
+# Lines with a dash and a list each, all with the same indentation; blank lines and comments may be between and after
+# them.
 COMMENT = r"#[^\r\n\x85\u2028\u2029]*"  # the last three end lines in YAML
 LINE = rf"- +\[[-+.0-9eE, ]*\](?: *| +{COMMENT})(?:\r?\n|\Z)"
 LINES = re.compile(rf"^(?P<indent> *){LINE}(?:(?: *(?:{COMMENT})?\r?\n)*+(?P=indent){LINE})++", re.MULTILINE)
 WHOLE_LINE = re.compile(rf" *{LINE}")
 ITEM = re.compile(r"^ *- +(\[[^\]]*\])", re.MULTILINE)
-LEAST = 16  # characters of a list that is worth it
+LEAST = 16  # characters of a list from which on this saves time
 NUMBERS = {int, float}
 
 
 @record
 class NumberList:
-    """A list of numbers, or of such lists, with the text that it is in a case.
+    """A list of numbers, or of such lists, with its text in a case.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class NumberList:
     text : str
         Its text, from bracket to bracket, or whole lines.
     size : int
-        Number of values in it, lists and itself among them.
+        Number of values in it, including inner lists and itself.
     height : int
         1 for numbers, 2 for lists of them.
     has_lines : bool
@@ -53,9 +53,9 @@ class NumberList:
 
 
 def cut_out(text: str, integer: Callable[[str], Any]) -> tuple[str, dict[str, NumberList]]:
-    """Text with the same lines without its lists of numbers, and these by the words that stand for them.
+    """Text with words in place of its lists of numbers, on the same lines, and the lists by these words.
 
-    ``integer`` makes a number of the digits of an integer. A text that has `MARK` itself has no such lists.
+    ``integer`` converts the digits of an integer. No list is replaced in a text that contains `MARK`.
     """
     lists: dict[str, NumberList] = {}
     if MARK in text:
@@ -74,7 +74,7 @@ def cut_out(text: str, integer: Callable[[str], Any]) -> tuple[str, dict[str, Nu
         found = _number_list(f"[{','.join(ITEM.findall(lines))}]", decode)
         if found is None:
             return match[0]
-        # A list may begin where the key above it does, but a word that is its value has to stand behind that.
+        # A list may have the indentation of the key above it, but the word in its place must be indented further.
         indent = match["indent"] + " "
         return indent + replaced(lines, replace(found, text=lines, has_lines=True)) + match[0][len(lines) :]
 
@@ -89,7 +89,7 @@ def cut_out(text: str, integer: Callable[[str], Any]) -> tuple[str, dict[str, Nu
 def _whole_lines(match: re.Match[str]) -> str:
     """Text of a match of `LINES` up to the end of its last line with a list.
 
-    Python 3.11 before 3.11.5 matches a part of the next line as well, which is none (CPython's issue 106052).
+    Python 3.11 before 3.11.5 also matches a part of the next line (CPython's issue 106052).
     """
     text, begin, end = match.string, match.start(), match.end()
     while True:
@@ -101,7 +101,7 @@ def _whole_lines(match: re.Match[str]) -> str:
 
 
 def _number_list(text: str, decode: Callable[[str], Any]) -> NumberList | None:
-    """The list of a text that is one in JSON, and so the same one in YAML; None of others, and of empty ones."""
+    """The list in a text that is one in JSON, and so the same in YAML; None for other texts and for empty lists."""
     try:
         value = decode(text)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""Values set over a case's data: ``--set domain.holes.0.circle.radius=0.3``, and options such as ``--seed 3``."""
+"""Values that replace those of a case: ``--set domain.holes.0.circle.radius=0.3``, and options such as ``--seed 3``."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -17,15 +17,15 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "time_limit": ("limits", "seconds"),
     "partition": ("output", "partition"),
 }
-# Keys whose plain value is short for a mapping with one key.
+# Keys whose plain value is an abbreviation of a mapping with one key.
 SHORT_FORMS: dict[tuple[str | int, ...], str] = {("spacing",): "value"}
 
 
 @record
 class Override:
-    """A value for one place of the data, and how messages call where it came from.
+    """A value for one place of the data, and the source that messages name.
 
-    ``key`` is what stands there, if the source alone does not tell.
+    ``key`` is the key as it was written, if the source alone does not show it.
     """
 
     path: tuple[str | int, ...]
@@ -34,21 +34,25 @@ class Override:
     key: str | None = None
 
     def covers(self, path: Sequence[str | int]) -> bool:
-        """Whether what is at ``path`` was set by this override."""
+        """Whether this override has set the value at ``path``."""
         return [*map(str, path[: len(self.path)])] == [*map(str, self.path)]
 
     def leads_through(self, path: Sequence[str | int]) -> bool:
-        """Whether what this override sets is inside of what is at ``path``, which it makes if nothing is there."""
+        """Whether this override sets a value within that at ``path``, which it makes if it is missing."""
         return [*map(str, self.path[: len(path)])] == [*map(str, path)]
 
 
 def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> list[Override]:
-    """Overrides of settings such as ``a.b=value`` and, over them, of options with their values; None is no value.
+    """Overrides of settings such as ``a.b=value``, followed by those of options; an option that is None is left out.
 
-    Settings that cannot be `parsed`, and what is no list of texts, as a single one, are a CaseError, an unknown option
-    is a TypeError.
+    Raises
+    ------
+    CaseError
+        If the settings are not a list of texts, but for instance a single text, or one cannot be `parsed`.
+    TypeError
+        If an option is unknown.
     """
-    if isinstance(settings, str):  # whose letters would be taken for settings
+    if isinstance(settings, str):  # else its letters would be taken for settings
         raise CaseError(f"overrides: must be a list of texts, as in [{settings!r}] (found the text {settings!r})")
     if isinstance(settings, Mapping) or not isinstance(settings, Iterable):
         found = type(settings).__name__
@@ -70,7 +74,7 @@ def flag(option: str) -> str:
 
 
 def parsed(option: str) -> Override:
-    """Override of the text ``a.b=value``, its value read as YAML; numbers index lists; CaseError where it is none."""
+    """Override of a text ``a.b=value`` with a value in YAML; numbers are indices of lists; else CaseError."""
     keys, equals, text = option.partition("=")
     if not equals:
         raise CaseError(f"--set {option}: no '=' found: write --set key.key=value")
@@ -82,10 +86,10 @@ def parsed(option: str) -> Override:
 
 
 def applied(data: Any, override: Override, depth: int = 0) -> Any:
-    """A copy of ``data`` with the override's value; missing mappings on the way are made, ``data`` stays as it is.
+    """A copy of ``data`` with the override's value; missing mappings on the way are made.
 
-    A plain spacing that gets a key becomes the ``value`` of a mapping. A path that leads into another plain value, or
-    to a list entry that does not exist, is a CaseError; ``depth`` parts of it have led to ``data``.
+    A plain spacing that gets a key becomes the ``value`` of a mapping. ``depth`` parts of the path have led to
+    ``data``. CaseError if the path leads into another plain value, or to an entry of a list that does not exist.
     """
     if depth == len(override.path):
         return override.value

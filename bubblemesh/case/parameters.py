@@ -1,4 +1,4 @@
-"""Parameters of a case that depend on others, and texts that hold parameters."""
+"""Parameters of a case that depend on others, and texts that contain parameters."""
 
 import math
 import re
@@ -30,27 +30,26 @@ def is_number(value: object) -> bool:
 
 
 class Resolved(NamedTuple):
-    """Parameters with numbers in place of expressions, and what is wrong with expressions that have no value.
+    """Parameters with numbers in place of expressions, and the problems of expressions without a value.
 
-    ``given`` lacks the latter, and all that depends on a parameter with a fault; what was neither a number nor the text
-    of an expression is there as it was.
+    In ``given``, parameters with a problem, and those that depend on them, are missing. Values that are neither a
+    number nor the text of an expression are unchanged.
     """
 
     given: dict[str, Any]
-    problems: dict[str, str]  # of a parameter's expression, by its name as it was given
-    known: Parameters  # that expressions may name
+    problems: dict[str, str]  # of expressions, by the names of their parameters as they were given
+    known: Parameters  # the parameters that expressions may use
 
 
 def resolved(given: Mapping[str, Any], *, units: bool = False) -> Resolved:
-    """Parameters with numbers in place of expressions of other parameters, which may stand in any order.
+    """Parameters with numbers in place of expressions of other parameters, in any order.
 
-    ``units`` tells whether quantities may have such.
-
-    A problem is that a text is no expression, or that parameters depend on each other in a circle.
+    With ``units``, quantities may have units. Problems are texts that are not expressions, and parameters that depend
+    on each other in a circle.
     """
     texts = {normal(name): name for name, value in given.items() if isinstance(value, str) and not is_number(value)}
     values, needed, problems = _numbers(given), dict[str, set[str]](), dict[str, str]()
-    known = Parameters(dict.fromkeys(map(normal, given), math.nan) | values)  # names that an expression may have
+    known = Parameters(dict.fromkeys(map(normal, given), math.nan) | values)  # names that an expression may use
     known.units = values.units = units
     for name, key in texts.items():
         try:
@@ -64,7 +63,7 @@ def resolved(given: Mapping[str, Any], *, units: bool = False) -> Resolved:
         order, cycle = [], error.args[1][::-1]
         problems[texts[cycle[0]]] = f"depends on itself: {' -> '.join(cycle)}: give one of them a number"
     for name in order:
-        if name in needed and needed[name] & known.keys() <= values.keys():  # else what it needs has a fault
+        if name in needed and needed[name] & known.keys() <= values.keys():  # else one that it needs has a fault
             values[name] = constant(given[texts[name]], values, None)
     rest = {
         key: values[normal(key)] if normal(key) in texts else value
@@ -79,15 +78,15 @@ def resolved(given: Mapping[str, Any], *, units: bool = False) -> Resolved:
 
 
 def _numbers(given: Mapping[str, Any]) -> Parameters:
-    """Parameters that are numbers, by names that expressions can have."""
+    """Parameters that are numbers, if expressions can use their names."""
     numbers = {name: float(value) for name, value in given.items() if type(value) in (int, float)}
     return Parameters({normal(name): value for name, value in numbers.items() if _is_usable(name)})
 
 
 def used_names(data: Mapping[str, Any]) -> set[str]:
-    """All words in the texts of a case's data, and in those of the parameters that are among these words.
+    """All words in the texts of a case's data, and in those of parameters whose names are among these words.
 
-    A parameter that is not among them has no effect. A word may stand for something else, such as a label.
+    A parameter whose name is not among them has no effect; but a word may also be something else, such as a label.
     """
     parameters = data.get("parameters")
     own = {normal(name): value for name, value in parameters.items()} if isinstance(parameters, dict) else {}
@@ -99,7 +98,7 @@ def used_names(data: Mapping[str, Any]) -> set[str]:
 
 
 def _words(data: Any) -> set[str]:
-    """Words of all texts that are values in mappings and lists."""
+    """Words in all texts that are values of mappings and lists."""
     words, stack = set[str](), [data]
     while stack:
         match stack.pop():
@@ -113,7 +112,7 @@ def _words(data: Any) -> set[str]:
 
 
 def no_use(name: str, data: Mapping[str, Any]) -> str | None:
-    """Message about a value for a parameter that no key of a case's ``data`` uses; None if one does."""
+    """Message on a value for a parameter that no key of a case's ``data`` uses; None if one does."""
     used = used_names(data)
     if normal(name) in used:
         return None
@@ -134,12 +133,13 @@ def _is_usable(name: str) -> bool:
 
 
 def filled_in(text: str, parameters: Parameters) -> str:
-    """The text with the values of the parameters that it names in braces, such as ``part-{r}.dxf``.
+    """The text with values in place of parameters in braces, as in ``part-{r}.dxf``.
 
-    Two braces stand for one. CaseError if there is no such parameter.
+    A doubled brace stands for a plain one. CaseError if there is no such parameter.
     """
 
     def value(match: re.Match[str]) -> str:
+        """Text in place of a parameter in braces, or of a doubled brace."""
         name = match[1]
         if match[0] in ("{{", "}}"):
             return match[0][0]
@@ -159,5 +159,5 @@ def filled_in(text: str, parameters: Parameters) -> str:
 
 
 def literal(text: str) -> str:
-    """The text as `filled_in` gives it again, whatever braces it has."""
+    """The text with doubled braces, of which `filled_in` makes the text again."""
     return text.replace("{", "{{").replace("}", "}}")

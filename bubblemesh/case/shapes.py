@@ -115,7 +115,7 @@ def _one_per_side(labels: Sequence[str] | None, info: ValidationInfo) -> Sequenc
 
 
 def _sides(shape: Mapping[str, Any]) -> int | None:
-    """Number of sides; None where the shape is itself in error."""
+    """Number of sides; None if the shape itself has an error."""
     if "rectangle" in shape:
         return 4
     points = shape.get("polygon")
@@ -216,7 +216,7 @@ RINGS = Choice(
     "a mapping", ("polygon", "rectangle", "circle", "ellipse", "path", "file", "union", "minus", "intersection")
 )
 
-# Rings that are not made of others.
+# Rings that are not made of other rings.
 PlainKeys = RectangleRing | CircleRing | EllipseRing | PathRing | FileRing
 
 RingKeys = Annotated[

@@ -78,7 +78,7 @@ ExpressionText = Annotated[
 
 
 def _one_of(*types: type, wording: str) -> BeforeValidator:
-    """Check for the types of a spacing, so that a message speaks of all of them."""
+    """Check for the types of a spacing, with a message that names all of them."""
 
     def check(value: Any) -> Any:
         if isinstance(value, bool) or not isinstance(value, types):
@@ -139,7 +139,7 @@ class SpacingTerms(DataTerms, PlaceTerms):
 
     @property
     def basis(self) -> tuple[str, Value | None]:
-        """Key and value of what counts where no other term does: the maximum if there is no value and no data."""
+        """Key and value of the basic term: the value, or the maximum if there are neither a value nor data."""
         if self.value is None and not self.data:
             return "maximum", self.maximum
         return "value", self.value
@@ -164,16 +164,16 @@ AnySpacing = Annotated[
 
 
 class _Given(Strict):
-    """Parent of the terms that a program gives, with whose key messages start."""
+    """Mapping around terms given by a program; messages begin with its key."""
 
     spacing: SpacingTerms = Field(description="The terms.")
 
 
 def checked_terms(spacing: Mapping[str, Any]) -> SpacingTerms:
-    """The terms that a program gives as a mapping; each line of a CaseError's message names a key."""
+    """Terms given by a program as a mapping; CaseError, each line of which names a key, if they are invalid."""
     return checked(_Given, {"spacing": dict(spacing)}).spacing
 
 
 def as_terms(spacing: Value | SpacingTerms) -> SpacingTerms:
-    """The terms, of which a plain value, which has been checked, is the only one."""
+    """The terms of a spacing; a plain value, which has been checked, is the only term."""
     return spacing if isinstance(spacing, SpacingTerms) else SpacingTerms.model_construct(value=spacing)

@@ -1,4 +1,4 @@
-"""A file that stands for several cases: ``sweep: {packing.w2: [0.5, 0.6, 0.7]}``."""
+"""Files with several cases: ``sweep: {packing.w2: [0.5, 0.6, 0.7]}``."""
 
 import math
 import re
@@ -24,27 +24,32 @@ Places = Callable[[Sequence[str | int]], str]
 
 
 class SweepError(CaseError):
-    """A file with a sweep is taken for one case."""
+    """A file with a sweep is used as if it were one case."""
 
 
 @record
 class Variant:
-    """A case of a file, one of several where it has a sweep."""
+    """The case of a file, or one of its cases if it has a sweep."""
 
-    label: str = ""  # that the file's name gets for the case, such as -w2=0.5-h=0.1; empty if the file is one case
-    values: tuple[tuple[str, Any], ...] = ()  # key, such as packing.w2, and value of all that is swept
-    files: tuple[SourceFile, ...] = field(default=(), compare=False, repr=False)  # that it was read from, if known
+    label: str = ""  # suffix to the file's name, such as -w2=0.5-h=0.1; empty if the file has one case
+    values: tuple[tuple[str, Any], ...] = ()  # swept keys, such as packing.w2, and their values
+    files: tuple[SourceFile, ...] = field(default=(), compare=False, repr=False)  # from which it was read, if known
 
 
 ALONE = Variant()
 
 
 def variants_of(sweep: Any, place: Places) -> list[Variant]:
-    """All combinations of the values that a sweep gives its keys, those of the last key changing fastest.
+    """All combinations of the values that a sweep gives its keys; those of the last key change fastest.
 
-    Values are a list, or a range: ``{from, to, step}`` or ``{from, to, count}``. A key without values or that cannot be
-    swept, two keys that set the same thing, a value that is there twice, and too many cases are a CaseError, with the
-    file and line that ``place`` gives for a key path.
+    Values are a list, or a range: ``{from, to, step}`` or ``{from, to, count}``. ``place`` returns file and line of a
+    key path, for messages.
+
+    Raises
+    ------
+    CaseError
+        If a key has no values or cannot be swept, two keys set the same thing, a value is there twice, or there are too
+        many cases.
     """
     if sweep is None:
         return [ALONE]
@@ -69,7 +74,7 @@ def path_of(key: str) -> tuple[str, ...]:
 
 
 def _require_apart(keys: Sequence[str], place: Places) -> None:
-    """Check that no key is another one, or a part of what another one sets: the one would undo the other."""
+    """Check that no key is equal to another one or within it: one would replace the value of the other."""
     for first, second in combinations(keys, 2):
         pairs = zip(_numbered(first), _numbered(second), strict=False)
         if all(one == other for one, other in pairs):
@@ -79,7 +84,7 @@ def _require_apart(keys: Sequence[str], place: Places) -> None:
 
 
 def _numbered(key: str) -> list[str | int]:
-    """The parts of a key, with numbers for those of list entries: 0 and 00 are one."""
+    """The parts of a key, with integers for indices of lists, as 0 and 00 are the same."""
     return [int(part) if part.isascii() and part.isdigit() else part for part in path_of(key)]
 
 
@@ -88,9 +93,9 @@ def _example(sweep: object) -> str:
 
 
 def _listed(values: Any) -> Any:
-    """The values of a range, and others as they are; CaseError if the range is none.
+    """The values of a range; other values as they are. CaseError if the range is invalid.
 
-    Steps are taken in decimals as they are written: three of 0.1 are 0.3.
+    Steps are added as decimal numbers: three steps of 0.1 are exactly 0.3.
     """
     if not isinstance(values, Mapping) or "from" not in values:
         return values
@@ -139,7 +144,7 @@ def _problem(key: str, values: Any) -> str | None:
 
 
 def _identity(value: Any) -> tuple[bool, Any]:
-    """Key that equal values share: 1 and 1.0 do, 1 and true do not."""
+    """Key that is the same for equal values: 1 and 1.0 are equal, 1 and true are not."""
     return isinstance(value, bool), repr(value) if isinstance(value, list | dict) else value
 
 
@@ -153,7 +158,7 @@ def _combinations(sweep: Mapping[str, list[Any]]) -> Iterator[Variant]:
 
 
 def _short(keys: Sequence[str]) -> list[str]:
-    """The end of each key that no other key has."""
+    """The shortest end of each key that no other key has."""
     parts = [key.split(".") for key in keys]
     longest = max(map(len, parts))
     for length in range(1, longest + 1):
@@ -164,7 +169,7 @@ def _short(keys: Sequence[str]) -> list[str]:
 
 
 def _words(values: Sequence[Any]) -> list[str]:
-    """A word for each value that file names may have: the value, or its number if the values are not that simple."""
+    """A word for each value, fit for file names: the value, or its number if the values are not that simple."""
     words = [_word(value) for value in values]
     simple = all(map(SHOWABLE.fullmatch, words)) and len({word.lower() for word in words}) == len(words)
     return words if simple else [str(number) for number in range(1, len(values) + 1)]

@@ -21,16 +21,16 @@ MAX_VALUES = 5_000_000
 MAX_DEPTH = 100
 TOO_DEEP = f"nested more than {MAX_DEPTH} deep: a case needs far less"
 MAX_AHEAD = 2000  # characters of a value that is read ahead
-LONG = 100_000  # characters of a text whose reading takes a time to notice
+LONG = 100_000  # characters of a text that takes noticeable time to read
 
-# Events, not `yaml.compose`: composing is recursive in C, and a hundred thousand brackets overflow its stack.
+# Events are parsed, not composed: `yaml.compose` is recursive in C, and a hundred thousand brackets overflow its stack.
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 TAG_PREFIX = "tag:yaml.org,2002:"
 
 
 class Node(NamedTuple):
-    """A value with what is needed to find places in it; aliases share it."""
+    """A value, and the places within it; aliases share it."""
 
     value: Any
     places: "dict[str, Place] | Sequence[Place] | _LatePlaces" = ()
@@ -39,7 +39,7 @@ class Node(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Line where a mapping has a key or a list an entry, and the node that is there."""
+    """Line of a key of a mapping or an entry of a list, and its node."""
 
     line: int
     node: Node
@@ -47,7 +47,7 @@ class Place(NamedTuple):
 
 @record
 class _LatePlaces:
-    """Places in a list of numbers, for which its text is read anew if they are asked for."""
+    """Places in a list of numbers, whose text is read again if they are needed."""
 
     text: str
     line: int  # of the text in the file
@@ -69,16 +69,16 @@ class Document:
     _root: Node
 
     def line(self, path: KeyPath) -> int | None:
-        """Line, from 1, of the longest part of ``path`` that the file has; None if it has nothing of it."""
+        """Line, from 1, of the longest part of ``path`` that is in the file; None if no part is."""
         found = self._known(path)
         return found[-1].line if found else None
 
     def depth(self, path: KeyPath) -> int:
-        """Number of parts of ``path`` that the file has."""
+        """Number of parts of ``path`` that are in the file."""
         return len(self._known(path))
 
     def _known(self, path: KeyPath) -> list[Place]:
-        """Places of the longest part of ``path`` that the file has."""
+        """Places of the longest part of ``path`` that is in the file."""
         found: list[Place] = []
         places = self._root.places
         for part in path:
@@ -99,7 +99,7 @@ def _place(places: "dict[str, Place] | Sequence[Place] | _LatePlaces", part: str
 
 
 def read_text(path: Path) -> str:
-    """Text of a case file; one that cannot be read is a FileError, one that is not UTF-8 a CaseError, with its name."""
+    """Text of a case file; FileError if it cannot be read, CaseError if it is not UTF-8, both with its name."""
     with prefixed(path):
         stream = opened(path, "case file")
     with stream:
@@ -107,7 +107,7 @@ def read_text(path: Path) -> str:
 
 
 def read_document(text: str, source: str) -> Document:
-    """Read a case file's text; what is not one YAML 1.2 mapping of plain data is a CaseError from ``source:line:``."""
+    """Data of a case file's text; CaseError, with ``source:line:``, if it is not one YAML 1.2 mapping of plain data."""
     root = _root(text, lambda line: f"{source}:{line}")
     if root is None:
         raise CaseError(f"{source}:1: the file is empty: give at least domain and spacing")
@@ -117,15 +117,16 @@ def read_document(text: str, source: str) -> Document:
 
 
 def read_value(text: str, source: str) -> Any:
-    """Value of one line of YAML, such as an option's, None if empty; errors have ``source`` alone as the place."""
+    """Value of one line of YAML, such as that of an option, None if empty; errors name the ``source`` only."""
     root = _root(text, lambda line: source)
     return None if root is None else root.value
 
 
 def value_ahead(text: str, key: str) -> Any:
-    """Value of a key of a long text's outermost mapping, read before all the rest; None if it is not sure to be that.
+    """Value of a key of a long text's outermost mapping, read before everything else; None if that is not sure.
 
-    The text before it is parsed, without any data, to see that the key is no part of a text or of another mapping.
+    The text before the key is parsed, but no data is made of it, to see that the key is not part of a text or of
+    another mapping.
     """
     if len(text) < LONG or not hasattr(LOADER, "raw_parse"):
         return None
@@ -140,15 +141,15 @@ def value_ahead(text: str, key: str) -> Any:
     try:
         LOADER(before + end).raw_parse()
         return read_document("{" * is_flow + found[0] + end, "").data.get(key)
-    except (yaml.YAMLError, UnicodeEncodeError, CaseError):  # for which the whole text is yet to be read
+    except (yaml.YAMLError, UnicodeEncodeError, CaseError):  # reading the whole text will report it
         return None
 
 
 def _root(text: str, place: Callable[[int], str]) -> Node | None:
-    """The outermost node of a text, None if it is empty; its lists of numbers are read at once where that can be."""
+    """The outermost node of a text, None if it is empty; lists of numbers are read the fast way if possible."""
     shorter, lists = cut_out(text, _integer)
     if lists:
-        with suppress(CaseError):  # to be told with what stands there
+        with suppress(CaseError):  # reading the usual way reports it, with the true text
             return _Reader(shorter, place, lists).read()
     return _Reader(text, place).read()
 
@@ -156,7 +157,7 @@ def _root(text: str, place: Callable[[int], str]) -> Node | None:
 class _Reader:
     """Builds the nodes of one document from the parser's events.
 
-    ``lists`` of numbers are those that words in the text stand for; it is a CaseError if they cannot do so.
+    ``lists`` of numbers are those for which words stand in the text; CaseError if such a word is not a value.
     """
 
     def __init__(self, text: str, place: Callable[[int], str], lists: Mapping[str, NumberList] | None = None) -> None:
@@ -164,7 +165,7 @@ class _Reader:
         self.place = place
         self.lists = lists or {}
         self.anchors: dict[str, Node | None] = {}
-        self.brackets = 0  # around what is being read
+        self.brackets = 0  # around the present node
 
     def read(self) -> Node | None:
         try:
@@ -222,7 +223,7 @@ class _Reader:
         return node
 
     def _number_list(self, event: Any, found: NumberList, depth: int) -> Node:
-        begins_above = event.start_mark.line < event.end_mark.line  # as its anchor does
+        begins_above = event.start_mark.line < event.end_mark.line  # its anchor is on a line above
         misplaced = begins_above or (found.has_lines and self.brackets > 0)
         if depth + found.height > MAX_DEPTH or event.tag or event.style or misplaced:
             raise self._error(event, "not to be read at once")
@@ -283,7 +284,7 @@ class _Reader:
     def _syntax_error(self, error: yaml.MarkedYAMLError) -> CaseError:
         mark = error.problem_mark
         line = mark.line + 1 if mark else 1
-        if mark and _brackets_open_at(self.text, mark.index) > MAX_DEPTH:  # some parsers end there before we do
+        if mark and _brackets_open_at(self.text, mark.index) > MAX_DEPTH:  # some parsers stop there before we do
             return CaseError(f"{self.place(line)}: {TOO_DEEP}")
         context = ""
         if error.context and error.context_mark:
@@ -293,7 +294,7 @@ class _Reader:
 
 
 def _brackets_open_at(text: str, index: int) -> int:
-    """Number of brackets and braces that are open there."""
+    """Number of brackets and braces that are open at an index of a text."""
     return sum(text.count(left, 0, index) - text.count(right, 0, index) for left, right in ("[]", "{}"))
 
 
@@ -303,7 +304,7 @@ def _collection(value: Any, places: "dict[str, Place] | list[Place]") -> Node:
     return Node(value, places, 1 + sum(node.size for node in nodes), height)
 
 
-# Longer integers exceed the floats, and Python refuses to read, or to write, thousands of decimal digits.
+# Longer integers exceed all floats, and Python refuses to read or write thousands of decimal digits.
 MAX_DIGITS = 300
 MAX_BITS = 1000
 
@@ -313,7 +314,7 @@ def _integer(text: str) -> int | float:
 
 
 def _power_of_two_based(digits: str, base: int) -> int | float:
-    """Integer of digits in a base that is a power of two, whatever their number; infinity if it exceeds the floats."""
+    """Integer of any number of digits in a base that is a power of two; infinity if it exceeds all floats."""
     value = int(digits, base)
     return value if value.bit_length() <= MAX_BITS else math.inf
 
