@@ -1,4 +1,4 @@
-"""Geometry from files of other programs: what cases ask for, loaded when it is first used."""
+"""Geometry from files of other programs; modules are loaded when they are first used."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -29,7 +29,7 @@ HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load the module that has the name: a case without files does not wait for any."""
+    """Load the module that has the name, so that cases without files do not wait for it."""
     if name in HOMES:
         return getattr(import_module(f"{__name__}.{HOMES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

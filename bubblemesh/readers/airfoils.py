@@ -7,8 +7,8 @@ from typing import NamedTuple
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.paths import Point
 
-SEPARATORS = (999.0, 999.9, 999.99, 9999.0)  # x and y of a line that parts the elements
-FAR = 100  # separators are farther out than anything else by more than that
+SEPARATORS = (999.0, 999.9, 999.99, 9999.0)  # x and y of a line that separates the elements
+FAR = 100  # coordinate of a point from which on such lines are points like others
 DOMAIN = (4, 5)  # numbers in a line of MSES, before the points: the box around the flow
 
 
@@ -20,7 +20,7 @@ class Block(NamedTuple):
 
 
 def outlines(blocks: Sequence[Block]) -> tuple[list[Block], list[str]]:
-    """Blocks of which each is one outline, and notes on what was taken as what; other lists of points stay as they are.
+    """Blocks with one outline each, and notes on the format that was found; other lists of points stay as they are.
 
     CaseError if the numbers of points that a file of Lednicer gives do not fit.
     """
@@ -31,7 +31,7 @@ def outlines(blocks: Sequence[Block]) -> tuple[list[Block], list[str]]:
 
 
 def _without_domain(blocks: list[Block], notes: list[str]) -> list[Block]:
-    """The blocks without the first line of MSES, which alone has more than two numbers."""
+    """The blocks without the first line of MSES, the only one with more than two numbers."""
     lengths = [len(row) for block in blocks for row in block.rows]
     if len(lengths) < 4 or lengths[0] not in DOMAIN or set(lengths[1:]) != {2}:
         return blocks
@@ -41,7 +41,7 @@ def _without_domain(blocks: list[Block], notes: list[str]) -> list[Block]:
 
 
 def _parted(blocks: list[Block], notes: list[str]) -> list[Block]:
-    """The blocks, parted at lines such as 999.9 999.9 that are far from all other points."""
+    """The blocks, divided at lines such as 999.9 999.9 that are far from all other points."""
 
     def parts(row: list[float]) -> bool:
         return row[0] == row[1] and row[0] in SEPARATORS

@@ -1,4 +1,4 @@
-"""Areas of a file: its rings as they nest, and those of them that a case takes."""
+"""Areas of a file: its rings as they are nested, and the choice of some of them by a case."""
 
 from collections.abc import Sequence
 
@@ -15,9 +15,9 @@ from bubblemesh.readers.selection import Part
 
 
 def areas_of(areas: Sequence[Area], loose: Sequence[Ring], marks: Sequence[Point] | None) -> list[Area]:
-    """The areas of a file and those that its other rings bound as they nest; in each hole is one of the ``marks``.
+    """The areas of a file, and those that its other rings bound by their nesting.
 
-    GeometryError if the file has marks, but none in a hole, or one that is in no hole.
+    If the file has ``marks``, points in holes, GeometryError for a hole without a mark and a mark outside of all holes.
     """
     if not loose and len(areas) == 1:
         return list(areas)
@@ -28,7 +28,7 @@ def areas_of(areas: Sequence[Area], loose: Sequence[Ring], marks: Sequence[Point
 
 
 def _require_marks(areas: Sequence[Area], marks: Sequence[Point]) -> None:
-    """Every hole must have a mark, and every mark must be in a hole."""
+    """Check that each hole has a mark, and each mark is in a hole."""
     holes = shapes_of([Area(hole) for area in areas for hole in area.holes])
     solid, points = shapes_of(areas), shapely.points(np.array(marks, float).reshape(-1, 2))
     marked = np.zeros(len(holes), bool)
@@ -75,13 +75,13 @@ def chosen_areas(areas: Sequence[Area], part: Part | None) -> list[Area]:
 
 
 def _apart(shapes: Shapes) -> bool:
-    """Whether a repair leaves shapes as they are: none is invalid, or as near to another as what it unites."""
+    """Whether a repair would change none of the shapes: all are valid, and none are close enough to be united."""
     x0, y0, x1, y1 = shapely.total_bounds(shapes)
     i, j = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=Repair().gap_of(max(x1 - x0, y1 - y0)))
     return bool(shapely.is_valid(shapes).all() and (i == j).all())
 
 
 def _beside(shapes: Shapes) -> str:
-    """The key that it takes beside the choice of some shapes, if their rings cross, or they overlap."""
+    """The key that is needed in addition to a choice of shapes, if their rings cross or they overlap; else empty."""
     i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     return "" if shapely.is_valid(shapes).all() and (i == j).all() else " and repair: true"

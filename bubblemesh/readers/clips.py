@@ -1,7 +1,7 @@
-"""Clips of drawings, applied: of what lies under a clip, that stays which is to be seen through it.
+"""Clips of drawings are applied: only what is visible through a clip stays.
 
-Rings, and lines that form some, are cut as the areas that they bound, nested within each other; other lines are cut as
-lines. What lies within its clips as a whole stays as it is.
+Rings, and lines that form rings, are cut as the areas that they bound, nested within each other; other lines are cut as
+lines. Features that are completely within their clips stay as they are.
 """
 
 from collections.abc import Sequence
@@ -27,14 +27,14 @@ from bubblemesh.readers.rings.duplicates import without_copies, without_same_cir
 from bubblemesh.readers.rings.joining import Joining, meeting, rings_of_curves
 from bubblemesh.readers.rings.open_curves import on_rings
 
-ROUNDING = 1e-9  # of the size of what is clipped: what lies so far beyond a clip is within it
-THIN = 1e-6  # of that size: parts that are thinner are rounding, where areas are cut along chords
-MOST_POINTS = 500_000  # of clips, counted anew for each area that they cut: they take about a minute
+ROUNDING = 1e-9  # of the size of what is clipped: so far beyond a clip still counts as within
+THIN = 1e-6  # of that size: thinner parts are due to rounding, where areas are cut along chords
+MOST_POINTS = 500_000  # of clips, counted for each area that they cut: more would take over a minute
 
 
 @dataclass
 class _Tally:
-    """Count of what clips did."""
+    """Counts of the effects of clips."""
 
     cut: int = 0  # areas and lines
     gone: int = 0
@@ -51,13 +51,13 @@ class _Tally:
 
 
 def clipped(features: Sequence[Feature], joining: Joining) -> tuple[list[Feature], list[str]]:
-    """The features with what their clips leave of them, and notes; those that the same clips cut become one.
+    """The features after clipping, and notes; features cut by the same clips become one.
 
     LimitError if clips with very many points cut very many areas.
     """
     tally = _Tally()
     found = list(features)
-    while depth := max((len(one.clips) for one in found), default=0):  # so what one clip cuts nests in the next one
+    while depth := max((len(one.clips) for one in found), default=0):  # innermost first
         groups: dict[tuple[object, ...], list[Feature]] = {}
         for one in found:
             if len(one.clips) == depth:
@@ -69,9 +69,9 @@ def clipped(features: Sequence[Feature], joining: Joining) -> tuple[list[Feature
 
 
 def _seen(group: Sequence[Feature], joining: Joining, tally: _Tally) -> dict[int, Feature]:
-    """Parts of features with the same clips that the innermost of these leaves, by the features' ids.
+    """Parts of features, all with the same clips, that are visible through the innermost clip, by the features' ids.
 
-    What is cut is with the first of them.
+    All parts of cut features are under the id of the first one.
     """
     *others, clip = group[0].clips
     points = vertices_of(group)
@@ -92,7 +92,7 @@ def _seen(group: Sequence[Feature], joining: Joining, tally: _Tally) -> dict[int
 
 
 def _window(clip: Clip, points: Floats) -> shapely.MultiPolygon:
-    """The part of the plane around points (n, 2) that is to be seen through a clip."""
+    """The part of the plane around points (n, 2) that is visible through a clip."""
     (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
     margin = 1.0 + x1 - x0 + y1 - y0
     window: shapely.Geometry = shapely.box(x0 - margin, y0 - margin, x1 + margin, y1 + margin)
@@ -102,8 +102,8 @@ def _window(clip: Clip, points: Floats) -> shapely.MultiPolygon:
 
 
 def _inside(features: Sequence[Feature], window: shapely.Geometry) -> list[bool]:
-    """Whether each of the features surely lies within a window, with all that it may bound."""
-    if shapely.get_num_interior_rings(shapely.get_parts(window)).any():  # rings may be around what is not to be seen
+    """For each feature, whether it surely is within a window, with all areas that it may bound."""
+    if shapely.get_num_interior_rings(shapely.get_parts(window)).any():  # rings may be around hidden parts
         return [False] * len(features)
     shapely.prepare(window)
     paths = [[*map(_path_around, one.rings), *map(_path, one.curves)] for one in features]
@@ -130,7 +130,7 @@ def _path(curve: CompoundCurve) -> OpenPath:
 
 
 def _merged(features: Sequence[Feature], window: shapely.MultiPolygon, joining: Joining, tally: _Tally) -> Feature:
-    """Feature merged of the visible parts of several."""
+    """The visible parts of several features as one feature."""
     first = features[0]
     *others, clip = first.clips
     curves, slips = without_copies([curve for one in features for curve in one.curves])
@@ -157,7 +157,7 @@ def _parted(curves: Sequence[CompoundCurve], joining: Joining) -> tuple[list[Com
     node = meeting(open_, joining.reach)[1].reshape(-1, 2)
     kept = on_rings(node)
     crowded = np.bincount(node[kept].ravel(), minlength=node.max() + 1) > 2
-    if crowded.any():  # it does not tell which rings they form
+    if crowded.any():  # more than two ends meet: the rings are not unique
         return closed, open_
     pairs = list(zip(open_, kept.tolist(), strict=True))
     return closed + [curve for curve, keep in pairs if keep], [curve for curve, keep in pairs if not keep]
@@ -190,7 +190,7 @@ def _cut_area(area: Area, clip: Clip, window: shapely.MultiPolygon, tally: _Tall
 
 
 def _cut_by_chords(shape: shapely.Polygon, window: shapely.MultiPolygon, label: str | None) -> list[Area]:
-    """The areas of a polygonal copy that are to be seen, but for those that are thin by rounding."""
+    """The visible areas of a polygonal copy, without those that are thin by rounding."""
     thin = THIN * float(np.ptp(shapely.get_coordinates(shape), axis=0).max())
     polygons = [part for part in polygons_of(shapely.intersection(shape, window)) if part.area > thin * part.length]
     return [
@@ -205,7 +205,7 @@ def _area_rings(loops: Sequence[Floats], label: str | None) -> tuple[Ring, tuple
 
 
 def _cut_line(curve: CompoundCurve, window: shapely.MultiPolygon, tally: _Tally) -> list[CompoundCurve]:
-    """The parts of a line that are to be seen."""
+    """The visible parts of a line."""
     found = list[CompoundCurve]()
     here, whole = curve.start, True
     for piece in curve.pieces:
@@ -222,7 +222,7 @@ def _cut_line(curve: CompoundCurve, window: shapely.MultiPolygon, tally: _Tally)
 
 
 def _cut_piece(start: Point, piece: Piece, window: shapely.MultiPolygon) -> list[tuple[Point, Piece]]:
-    """The parts of a piece that are to be seen, with their starts."""
+    """The visible parts of a piece, with their starts."""
     path = rings.open_path(start, [piece], "")
     chords = Boundary.empty().with_inner((path,)).chords()
     line = shapely.LineString(np.vstack([chords.start, chords.end[-1:]]))
@@ -238,7 +238,7 @@ def _cut_piece(start: Point, piece: Piece, window: shapely.MultiPolygon) -> list
 
 
 def _along(piece: Piece, run: Floats) -> tuple[Point, Piece]:
-    """The part of a piece that is along points (k, 2) of its polygonal copy, with its start."""
+    """The part of a piece along points (k, 2) of its polygonal copy, with its start."""
     start, end = as_point(run[0]), as_point(run[-1])
     if isinstance(piece, LineTo):
         return start, piece._replace(to=end)

@@ -1,4 +1,4 @@
-"""Coordinates that are degrees of longitude and latitude: whether a file has such, and what to tell the user then."""
+"""Coordinates in degrees of longitude and latitude: whether a file has them, and what to advise the user then."""
 
 import math
 import re
@@ -8,34 +8,34 @@ import numpy as np
 from bubblemesh.arrays import Floats
 
 FARTHEST = np.array([180.0, 90.0])
-HUNDREDTHS = 100  # numbers that people write by hand are whole numbers of these, or of larger parts
+HUNDREDTHS = 100  # numbers written by hand are mostly multiples of a hundredth
 ROUNDING = 1e-9
 MOST = 0.5  # share of such numbers in a drawing
-FAR = 3.0  # sizes of a map between it and the origin; drawings are nearer, as most countries are not
+FAR = 3.0  # distance of a map from the origin, in sizes of the map; drawings are nearer, most countries are not
 NEAR_DATE_LINE = 170.0  # longitude that maps across the date line reach on both sides
-ZONE, WIDEST = 6.0, 12.0  # degrees: width of a zone of the UTM system, and of what one of them serves for
-# Of WGS 84, ETRS89, NAD83 and NAD27: few files name others.
+ZONE, WIDEST = 6.0, 12.0  # degrees: width of a zone of UTM, and of the largest area for which one zone will do
+# Codes of WGS 84, ETRS89, NAD83 and NAD27: few files name others.
 NAMES = re.compile(r"(?<!\d)(CRS84h?|CRS83|CRS27|4326|4979|4258|4937|4269|4267)$")
 GEOGRAPHIC, PROJECTED = re.compile(r"\b(GEOGCS|GEOGCRS|GEODCRS)\b"), re.compile(r"\b(PROJCS|PROJCRS)\b")
 
 
 def is_geographic(system: str | None) -> bool | None:
-    """Whether a coordinate reference system, as well-known text, has degrees; None if that is unknown."""
+    """Whether a coordinate reference system, as well-known text, is in degrees; None if that is unknown."""
     text = system or ""
     return False if PROJECTED.search(text) else True if GEOGRAPHIC.search(text) else None
 
 
 def is_named_geographic(name: object) -> bool | None:
-    """Whether the name or the number of a coordinate reference system is that of one in degrees; None if unknown."""
+    """Whether a coordinate reference system, by its name or number, is in degrees; None if unknown."""
     return True if NAMES.search(str(name)) else None
 
 
 def look_like_degrees(points: Floats, is_map: bool = False) -> bool:
-    """Whether points (n, 2) of a file that says nothing of its coordinates are degrees rather than a drawing.
+    """Whether points (n, 2) of a file without a coordinate system are degrees rather than a drawing.
 
-    They are in the range of degrees, not around the origin, which lies in the ocean, and most are not round numbers.
-    Where the file ``is_map``, one of a format of maps that bounds a domain by itself, round numbers are degrees too if
-    they are farther from the origin than people draw, or on both sides of the date line.
+    They count as degrees if they are in the range of degrees, not around the origin, which is in the ocean, and mostly
+    not round numbers. If the file ``is_map``, that is bounds a domain by itself and is in a format of maps, round
+    numbers count as well, if they are far from the origin or on both sides of the date line.
     """
     low, high = points.min(axis=0), points.max(axis=0)
     if (np.abs([low, high]) > FARTHEST).any():
@@ -59,9 +59,9 @@ def cross_date_line(points: Floats) -> bool:
 
 
 def degrees_notes(points: Floats, degrees: bool | None, is_map: bool = False) -> tuple[str, ...]:
-    """Notes on points (n, 2) that are ``degrees``, or look like it if that is None: what follows, and what to do.
+    """Notes on points (n, 2) that are ``degrees``, or look like degrees if that is None, with what to do.
 
-    ``is_map`` is as of `look_like_degrees`.
+    ``is_map`` is that of `look_like_degrees`.
     """
     if len(points) == 0 or not (look_like_degrees(points, is_map) if degrees is None else degrees):
         return ()
@@ -86,7 +86,7 @@ def degrees_notes(points: Floats, degrees: bool | None, is_map: bool = False) ->
 
 
 def _projection(west: float, east: float, latitude: float) -> str:
-    """A coordinate system in metres that serves there."""
+    """Name of a coordinate system in metres that is fit for this part of the earth."""
     if east - west > WIDEST or abs(latitude) > 84:
         return f"such as LAEA, ogr2ogr -t_srs '+proj=laea +lat_0={latitude:.0f} +lon_0={(west + east) / 2:.0f}'"
     zone = int(np.clip((west + east + 360) / 2 // ZONE + 1, 1, 60))

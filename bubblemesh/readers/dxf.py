@@ -38,20 +38,20 @@ from bubblemesh.records import record
 
 logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # else its lines go to the terminal
 
-MOST_COPIES = 50_000  # entities that blocks draw, which takes a second for a few thousand
-POINTS = 4  # of an entity, that count as one more
+MOST_COPIES = 50_000  # entities that blocks draw; a few thousand take a second
+POINTS = 4  # so many points of an entity count as one more entity
 DEEPEST = 16  # blocks within blocks
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 9: "mil", 12: "nm", 13: "um"}  # $INSUNITS of the header
 DWG = b"AC10"  # how the binary form of AutoCAD's drawings begins
-END = b"EOF"  # of a file that is not cut off
-DAMAGES = ValueError, KeyError, TypeError, IndexError, AttributeError, StopIteration, struct.error  # of other errors
-PLACES = ("insert", "location", "start", "center", "defpoint")  # keys of an entity
+END = b"EOF"  # at the end of a complete file
+DAMAGES = ValueError, KeyError, TypeError, IndexError, AttributeError, StopIteration, struct.error  # of damaged files
+PLACES = ("insert", "location", "start", "center", "defpoint")  # keys of an entity that may hold its place
 BODIES = ("REGION", "3DSOLID", "BODY", "SURFACE", "MESH", "3DFACE", "MLINE")
 
 
 @record
 class _Found:
-    """An entity of the model space, or one that a block draws there, whether it is hidden, and what clips it."""
+    """An entity of the model space, or one drawn there by a block; whether it is hidden, and its clips."""
 
     entity: Any
     hidden: bool
@@ -60,19 +60,19 @@ class _Found:
 
 @dataclass
 class _Walk:
-    """Way through a drawing with its blocks: what was met on it."""
+    """State of a walk through a drawing and its blocks: what was found on the way."""
 
     drawing: Any
     drawn: int = 0  # size of what blocks draw
-    unused: dict[str, list[Any]] = field(default_factory=dict)  # entities that make no curve, by what they are
-    unclipped: int = 0  # blocks whose clips bound no area
+    unused: dict[str, list[Any]] = field(default_factory=dict)  # entities without curves, by their kind
+    unclipped: int = 0  # blocks with clips that bound no area
     flat: int = 0  # blocks with a scale of 0
 
 
 def read_dxf(path: Path) -> FeatureCollection:
     """The curves, fills and points of a drawing's model space; other entities are named in the notes.
 
-    FileError or CaseError with the entity.
+    FileError if the file cannot be read, CaseError with the entity if it cannot be used.
     """
     content = read_bytes(path)
     if content.startswith(DWG):
@@ -83,7 +83,7 @@ def read_dxf(path: Path) -> FeatureCollection:
 
 
 def _drawing(path: Path, content: bytes) -> tuple[Any, tuple[str, ...]]:
-    """The drawing; one with faults is mended as the library can, with a note, unless it is cut off."""
+    """The drawing; faults are mended by the library if it can, with a note, unless the file is cut off."""
     try:
         return readfile(path), ()
     except (DXFError, *DAMAGES) as error:
@@ -96,10 +96,10 @@ def _drawing(path: Path, content: bytes) -> tuple[Any, tuple[str, ...]]:
 
 
 def _require_numbers(content: bytes) -> None:
-    """CaseError with the line of a number that is none: the library mends it to the digits that it begins with."""
+    """CaseError with the line of an invalid number: the library would cut it to the digits with which it begins."""
     lines = content.split(b"\n")
     for number, (code, value) in enumerate(zip(lines[::2], lines[1::2], strict=False)):
-        if not code.strip().isdigit():  # it is damaged otherwise, as the library tells
+        if not code.strip().isdigit():  # damaged in another way, which the library reports
             return
         try:
             float(b"".join(value.split()) if int(code) in DOUBLE else 0)
@@ -111,6 +111,7 @@ def _require_numbers(content: bytes) -> None:
 
 
 def _features(drawing: Any, notes: tuple[str, ...]) -> FeatureCollection:
+    """Content of a drawing, with the given notes and those on entities that are not used."""
     features: list[Feature] = []
     heights: set[float] = set()
     walk = _Walk(drawing)
@@ -143,7 +144,7 @@ def _features(drawing: Any, notes: tuple[str, ...]) -> FeatureCollection:
 
 
 def _paper(drawing: Any) -> str:
-    """Advice where the curves are in the paper space."""
+    """Advice if there are curves in the paper space; else empty."""
     kinds = (*CURVES, *FILLS)
     layouts = [layout for layout in drawing.layouts if not layout.is_modelspace]
     drawn = [layout.name for layout in layouts if any(entity.dxftype() in kinds for entity in layout)]
@@ -154,7 +155,7 @@ def _paper(drawing: Any) -> str:
 def _entities(
     walk: _Walk, layout: Iterable[Any], depth: int = 0, hidden: bool = False, clips: tuple[Clip, ...] = ()
 ) -> Iterator[_Found]:
-    """Entities with those of blocks in their places."""
+    """Entities of a layout, with the entities of blocks in place of inserts."""
     if depth > DEEPEST:
         raise CaseError(f"blocks are nested more than {DEEPEST} deep: explode them")
     for entity in layout:
@@ -168,7 +169,7 @@ def _entities(
 
 
 def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool, clips: tuple[Clip, ...]) -> Iterator[_Found]:
-    """Entities that an insert draws; CaseError if there is no such block."""
+    """Entities drawn by an insert; CaseError if its block is missing."""
     block = entity.block()
     if block is None:
         raise CaseError(f"{_name(entity)}: there is no block {shown(entity.dxf.name, 40)!r}: purge the drawing")
@@ -190,7 +191,7 @@ def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool, clips: tuple[C
 
 
 def _on_layer(layer: str, copies: Iterable[Any]) -> Iterator[Any]:
-    """Copies of what is in a block: what is on layer 0 there takes the layer on which the block is inserted."""
+    """Copies of the entities of a block; those on layer 0 get the layer on which the block is inserted."""
     for copy in copies:
         if copy.dxf.layer == "0":
             copy.dxf.layer = layer
@@ -198,7 +199,7 @@ def _on_layer(layer: str, copies: Iterable[Any]) -> Iterator[Any]:
 
 
 def _clip(entity: Any) -> Clip | None:
-    """The clip of an insert, if it has one that is switched on; without an area if that has none."""
+    """The clip of an insert, if it has one that is switched on; it has no areas if its outline bounds none."""
     xclip = XClip(entity)
     if not xclip.is_clipping_enabled:
         return None
@@ -211,7 +212,7 @@ def _clip(entity: Any) -> Clip | None:
 
 
 def _scaled(entity: Any) -> bool:
-    """Whether an insert had scales of 0 in the plane; those of 1 take their place, as they do for heights."""
+    """Replace scales of 0 of an insert by 1, and return whether one of them was a scale in the plane."""
     zero = [key for key in ("xscale", "yscale", "zscale") if entity.dxf.get(key, 1.0) == 0]
     for key in zero:
         entity.dxf.set(key, 1.0)
@@ -226,7 +227,7 @@ def _count(walk: _Walk, size: int) -> None:
 
 
 def _size(entity: Any) -> int:
-    """Number of plain entities that take as long to be copied: by the lists of points, knots, letters that it has."""
+    """Number of simple entities that take as long to copy, by the lists of points, knots and letters of this one."""
     parts = [value for part in (entity, *getattr(entity, "paths", ())) for value in vars(part).values()]
     return 1 + sum(len(value) for value in parts if hasattr(value, "__len__")) // POINTS
 
@@ -239,7 +240,7 @@ def _is_hidden(drawing: Any, entity: Any) -> bool:
 
 
 def _is_plane(entity: Any) -> bool:
-    """Whether an entity lies in the plane of the drawing or one parallel to it."""
+    """Whether an entity lies in the plane of the drawing or in a parallel one."""
     if entity.dxftype() == "POLYLINE":
         if entity.is_3d_polyline:
             return True
@@ -271,7 +272,7 @@ def _name(entity: Any) -> str:
 
 
 def _unused(kind: str, entities: list[Any]) -> str:
-    """Note on entities that make no ring."""
+    """Note on entities of a kind that make no ring."""
     first = entities[0]
     keys = [key for key in PLACES if first.dxf.hasattr(key)]
     at = first.dxf.get(keys[0]) if keys else None
@@ -282,6 +283,7 @@ def _unused(kind: str, entities: list[Any]) -> str:
 
 
 def _feature(found: _Found) -> Feature:
+    """Feature with the curves and the point of an entity, its layer and its properties."""
     entity = found.entity
     kind, name, layer = entity.dxftype(), _name(entity), str(entity.dxf.layer)
     label, notes = writable_label(None if layer == "0" else layer, "a layer")
@@ -300,7 +302,7 @@ def _feature(found: _Found) -> Feature:
 
 
 def _doubles(kind: str, entity: Any) -> Slips:
-    """Vertices of a polyline that are given twice in a row; one that closes it may be."""
+    """Vertices of a polyline that are given twice in a row, without one that only closes it."""
     if kind not in ("LWPOLYLINE", "POLYLINE"):
         return Slips()
     points = np.array(polyline_corners(entity), float)[:, :2]

@@ -14,17 +14,17 @@ from bubblemesh.readers.features import CompoundCurve, finite_points
 from bubblemesh.readers.rings.joining import reversed_curve
 from bubblemesh.readers.sampling import splines
 
-FLAT = 3e-8  # bulge that is none but for rounding
+FLAT = 3e-8  # bulge that is zero within rounding
 FULL_TURN = 1 - 1e-9  # in turns: arcs whose ends differ by rounding
-CHAINED = 1e-6  # of the extent of a fill's boundary: edges of it that differ by rounding
-FRAME = 16  # flag of a polyline's vertex that draws nothing, but shapes a spline
+CHAINED = 1e-6  # of the extent of a fill's boundary: gap between ends of edges that is due to rounding
+FRAME = 16  # flag of a polyline's vertex that is not drawn, but controls a spline
 TEXT_BOX = 8  # flag of a fill's boundary around a text
 
 Curves = list[CompoundCurve | Ring]  # of one entity; none if it has no extent
 
 
 def _mirrored(entity: Any) -> float:
-    """-1 if the entity is drawn as seen from below, where x is turned round."""
+    """-1 if the entity is drawn as seen from below, which reverses x, else 1."""
     return -1.0 if entity.dxf.get("extrusion", (0, 0, 1))[2] < 0 else 1.0
 
 
@@ -67,7 +67,7 @@ def _spline(entity: Any, name: str, label: str | None) -> Curves:
 
 
 def _b_spline(tool: Any, name: str, label: str | None) -> Curves:
-    """B-splines are sampled between the knots at which they may have a corner; periodic ones have knots outside."""
+    """Curves of a B-spline, sampled between knots at which it may have a corner; a periodic one has knots outside."""
     knots, degree = np.array(tool.knots(), float), tool.degree
     begin, end = float(knots[degree]), float(knots[-degree - 1])
     inner, count = np.unique(knots[(knots > begin) & (knots < end)], return_counts=True)
@@ -78,7 +78,7 @@ def _b_spline(tool: Any, name: str, label: str | None) -> Curves:
 def _through(
     points: Callable[[list[float]], Iterable[Any]], begin: float, end: float, name: str
 ) -> Callable[[Any], Any]:
-    """The curve of a library's function of a parameter, over [0, 1]."""
+    """Curve over [0, 1] from a library's function of a parameter between two values."""
     return lambda t: np.array(finite_points(list(points((begin + (end - begin) * t).tolist())), name))
 
 
@@ -114,7 +114,7 @@ def _solid(entity: Any, name: str, label: str | None) -> Curves:
 
 
 def _fill(entity: Any, name: str, label: str | None) -> Curves:
-    """Boundaries of a hatch, each as a loop if its edges follow each other."""
+    """Boundaries of a hatch, each as a loop if its edges are in order."""
     found: Curves = []
     for boundary in entity.paths:
         if boundary.path_type_flags & TEXT_BOX:
@@ -128,7 +128,7 @@ def _fill(entity: Any, name: str, label: str | None) -> Curves:
 
 
 def _edge(edge: Any, name: str, label: str | None) -> list[CompoundCurve]:
-    """The curve of one edge of a fill's boundary, run as the boundary does."""
+    """The curve of one edge of a fill's boundary, in the direction of the boundary."""
     kind = type(edge).__name__
     if kind == "LineEdge":
         start, end = finite_points([edge.start, edge.end], name)
@@ -151,7 +151,7 @@ def _edge(edge: Any, name: str, label: str | None) -> list[CompoundCurve]:
 
 
 def _turned(curve: CompoundCurve, turn: float) -> CompoundCurve:
-    """The curve with x turned round, if ``turn`` is -1."""
+    """The curve, with x reversed if ``turn`` is -1."""
     if turn > 0:
         return curve
 
@@ -201,7 +201,7 @@ def _chained(curves: list[CompoundCurve]) -> Curves:
 
 
 def _bulged(corners: Sequence[Sequence[float]], is_closed: bool, turn: float, name: str, label: str | None) -> Curves:
-    """Polyline with arcs, from corners (x, y, bulge): a bulge is the tangent of a quarter of the arc's angle."""
+    """Polyline with arcs through corners (x, y, bulge); a bulge is the tangent of a quarter of the arc's angle."""
     points = finite_points([(turn * x, y) for x, y, _ in corners], name)
     bulges = [turn * bulge for _, _, bulge in corners]
     if is_closed and points:

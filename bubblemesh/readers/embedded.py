@@ -1,4 +1,4 @@
-"""Lines and points of files, which a domain holds inside."""
+"""Lines and points of files, to be embedded in a domain."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -23,7 +23,7 @@ from bubblemesh.readers.slips import Slips
 
 
 class Place(NamedTuple):
-    """A point of a file, and its label if it has one."""
+    """A point of a file, and its label, if any."""
 
     at: Point
     label: str | None
@@ -32,7 +32,7 @@ class Place(NamedTuple):
 def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
     """Lines of a file, and the sides of its rings and areas; the first has the notes on the whole file.
 
-    Sides have the labels of the file, and the lines none. FileError, CaseError or GeometryError with the file.
+    Sides have the labels of the file, lines have no label. FileError, CaseError or GeometryError with the file.
     """
     with prefixed(path):
         content = content_of(path, selection, "lines")
@@ -64,7 +64,7 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
 
 
 def read_inner_lines(path: Path, selection: Selection) -> list[OpenPath]:
-    """Lines within the domain that a file describes, where its format has such."""
+    """Lines within the domain that a file describes, if its format has such lines."""
     known = FORMATS.get(path.suffix.lower())
     if known is None or not known.has_inner_lines or selection.feature is not None:
         return []
@@ -79,16 +79,17 @@ def _line(curve: CompoundCurve) -> OpenPath:
 
 
 def _finished(line: OpenPath, path: Path, factor: float, notes: Sequence[str]) -> OpenPath:
-    """The line in the case's lengths, with the file before where it comes from and before its notes."""
+    """The line in the case's lengths, with the file in front of its origin and of its notes."""
     named = tuple(f"{path.name}: {note}" for note in (*notes, *line.notes))
     origin = f"{path.name}: {line.origin}"
     return replace(line.moved(Similarity.of(scale=factor)), notes=named, origin=origin)
 
 
 def read_points(path: Path, selection: Selection, name: str | None) -> tuple[list[Place], tuple[str, ...]]:
-    """Points of a file, each place once, and notes; the property or column ``name`` labels them.
+    """Points of a file, each place once, and notes.
 
-    Without it, the property ``label``, else ``name``, does. FileError or CaseError with the file.
+    Their labels are the values of the property or column ``name``; by default those of ``label``, else of ``name``.
+    FileError or CaseError with the file.
     """
     with prefixed(path):
         content = content_of(path, selection, "points")
@@ -115,13 +116,13 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
 
 
 def _first_with(features: Sequence[Feature], has: Callable[[Feature], bool]) -> list[Feature]:
-    """Features that count: the spare ones only where the others have none of what is looked for."""
+    """Features to use: spare ones only if no other feature has what is looked for."""
     kinds = ([one for one in features if one.spare == kind] for kind in (None, *SPARE))
     return next((ones for ones in kinds if any(map(has, ones))), list(features))
 
 
 def _places(features: Sequence[Feature], name: str | None, notes: list[str]) -> Iterator[tuple[Point, str | None]]:
-    """Points with their labels; what is no label is added to the notes."""
+    """Points with their labels; values that cannot be labels are added to the notes."""
     keys = ("label", "name") if name is None else (name.lower(),)
     for one in features:
         label, more = writable_label(text_of(one.properties, *keys), one.name)

@@ -1,4 +1,4 @@
-"""Content of a file, as every reader gives it: features with areas, closed rings and curves that may form rings."""
+"""Content of a file, as all readers return it: features with areas, closed rings and curves that may form rings."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -30,27 +30,27 @@ SPARE = (
     HIDDEN,
     REGION,
     INNER,
-)  # kinds of features that count only where there are no others, the first before the second
+)  # kinds of features that are used only if there are no others, the first before the second
 
 
 @contextmanager
 def foreign(problem: str, advice: str) -> Iterator[None]:
-    """Any error of a library that reads a file is a CaseError with the problem, but for one of too little memory.
+    """Within the block, turn errors of a library, except MemoryError, into a CaseError with a problem and an advice.
 
-    What it warns of is not said to the terminal.
+    Warnings of the library are not printed.
     """
     try:
         with warnings_are("ignore"):
             yield
     except (BubblemeshError, MemoryError):
         raise
-    except Exception as error:  # readers of foreign formats fail in any way
+    except Exception as error:  # libraries raise all kinds of errors for damaged files
         raise CaseError(f"{problem}: {cause(error)}: {advice}") from error
 
 
 @record
 class CompoundCurve:
-    """A curve from ``start`` along ``pieces``, closed or a part of a ring; ``name`` is what messages call it."""
+    """A curve from ``start`` along ``pieces``, closed or a part of a ring; messages call it ``name``."""
 
     start: Point
     pieces: tuple[Piece, ...]
@@ -62,16 +62,16 @@ class CompoundCurve:
 
     @cached_property
     def ring(self) -> Ring:
-        """The ring along the curve, closed straight if it is open; made once, as its outline is.
+        """The ring along the curve, closed by a straight line if it is open; made once, since its outline is kept.
 
-        GeometryError as of `rings.path`.
+        The same errors as `rings.path`.
         """
         return replace(rings.path(self.start, self.pieces), origin=self.name)
 
 
 @record(eq=False)
 class Clip:
-    """Clip of features: what lies in some areas is to be seen, or what does not."""
+    """Clip of features: only what is inside of some areas is visible, or only what is outside."""
 
     areas: tuple[Area, ...]
     outside: bool = False
@@ -79,24 +79,24 @@ class Clip:
 
 @record
 class Feature:
-    """A thing that a file describes."""
+    """One item of a file: a feature of a map, an entity or an element of a drawing."""
 
-    name: str  # what messages call it
+    name: str  # in messages
     layer: str | None = None
     properties: Mapping[str, Any] = field(default_factory=dict)  # by which a case may choose it
     areas: tuple[tuple[Ring, ...], ...] = ()  # outer rings, each with its holes
-    rings: tuple[Ring, ...] = ()  # closed curves; how they nest tells which are holes
+    rings: tuple[Ring, ...] = ()  # closed curves; their nesting shows which are holes
     curves: tuple[CompoundCurve, ...] = ()  # that form rings together
     notes: tuple[str, ...] = ()  # on what was left out of it
     points: tuple[Point, ...] = ()
-    slips: Slips = field(default_factory=Slips)  # dropped from it
-    spare: str | None = None  # one of `SPARE`, if it counts only where the choice has nothing else
+    slips: Slips = field(default_factory=Slips)  # what was dropped from it
+    spare: str | None = None  # one of `SPARE`, if it is used only if there is nothing else
     largest: float | None = None  # area of a triangle in it, where the file says so
-    clips: tuple[Clip, ...] = ()  # outside of any of which nothing of it is to be seen
+    clips: tuple[Clip, ...] = ()  # it is visible only through all of them
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is left of it that could be used."""
+        """Whether it has nothing that could be used."""
         return not (self.bounds or self.points)
 
     @property
@@ -106,23 +106,23 @@ class Feature:
 
 
 class PhysicalLength(NamedTuple):
-    """Length on paper of one of a file's lengths."""
+    """Length on paper of the unit of a file."""
 
     metres: float
-    assumed: bool  # since the file does not tell
+    assumed: bool  # whether the file does not give it
 
 
 @record
 class FeatureCollection:
-    """Content of a file, as a reader finds it."""
+    """Content of a file, as a reader returns it."""
 
     features: tuple[Feature, ...]
     notes: tuple[str, ...] = ()  # on what was changed or left out
-    hole_points: tuple[Point, ...] | None = None  # in the holes, where the format has them
+    hole_points: tuple[Point, ...] | None = None  # points in holes, if the format has them
     unit: str | None = None  # of length, if the file names it
-    physical: PhysicalLength | None = None  # of a length, where numbers of the format have none by themselves
+    physical: PhysicalLength | None = None  # size of the file's unit on paper, if numbers of the format have no unit
     system: str | None = None  # of the coordinates, as the file names it or as well-known text
-    degrees: bool | None = False  # whether coordinates are degrees; None if what they look like decides
+    degrees: bool | None = False  # whether coordinates are degrees; None if that has to be guessed from them
 
 
 def vertices_of(features: Iterable[Feature]) -> Floats:
@@ -137,7 +137,7 @@ def vertices_of(features: Iterable[Feature]) -> Floats:
 
 
 def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list[Point]:
-    """The points as pairs of numbers, z left out; CaseError if a coordinate is no finite number."""
+    """The points as pairs of numbers, without z; CaseError if a coordinate is not a finite number."""
     try:
         array = _pairs(points)
     except (TypeError, ValueError, LookupError, OverflowError):
@@ -150,8 +150,8 @@ def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list
 
 
 def _pairs(points: Sequence[Sequence[float]] | Floats) -> Floats:
-    """Array (n, 2) of the points, z left out; an error of Python or NumPy if they are no pairs of numbers."""
-    with suppress(TypeError, ValueError):  # at once where all have the same number of coordinates, as most do
+    """Array (n, 2) of the points, without z; TypeError, ValueError or IndexError if they are not pairs of numbers."""
+    with suppress(TypeError, ValueError):  # at once if all have the same number of coordinates, as most do
         array = np.array(points, float)
         if array.ndim == 2 and array.shape[1] >= 2:
             return array[:, :2]
@@ -159,7 +159,7 @@ def _pairs(points: Sequence[Sequence[float]] | Floats) -> Floats:
 
 
 def polygon_ring(points: Sequence[Point], name: str, label: str | None = None) -> tuple[Ring | None, Slips]:
-    """Polygon that comes from the place ``name`` of a file, and what was dropped from it; None if it has no area."""
+    """Polygon through points, named ``name`` in messages, and what was dropped from it; None if it has no area."""
     if len(points) == 0:
         return None, Slips()
     corners = list(points[:-1] if len(points) > 1 and points[-1] == points[0] else points)
@@ -174,14 +174,14 @@ def polygon_ring(points: Sequence[Point], name: str, label: str | None = None) -
 
 
 def feature_name(number: int, properties: Mapping[str, Any], *keys: str) -> str:
-    """Name of a feature in messages: its number, and the first of the keys that has a short printable value."""
+    """Name of a feature in messages: its number, and the value of the first key with a short printable one."""
     shown = text_of(properties, *keys)
     short = shown is not None and shown.isprintable() and len(shown) <= LONGEST_NAME
     return f"feature {number} ({shown})" if short else f"feature {number}"
 
 
 def writable_label(label: str | None, name: str) -> tuple[str | None, tuple[str, ...]]:
-    """The label if mesh files can hold it; else none, and a note."""
+    """The label if mesh files can hold it; else None and a note."""
     if label is None or is_writable(label):
         return label, ()
     return None, (f"{name}: {label[:40]!r} is no label, since it is too long or has {FORBIDDEN} in it",)
@@ -226,7 +226,7 @@ def feature_of(
     """Feature of the parts of a geometry: polygons are areas, lines are curves; without parts it is empty.
 
     Its property ``label``, else ``name``, names outer rings and lines, ``hole_label`` the holes. CaseError if
-    coordinates are no finite numbers.
+    coordinates are not finite numbers.
     """
     label, notes = writable_label(text_of(properties or {}, "label", "name"), name)
     hole_label, more = writable_label(text_of(properties or {}, "hole_label"), name)
@@ -256,7 +256,7 @@ def line_curve(points: Sequence[Point], name: str, label: str | None = None) -> 
 def _area(
     loops: Sequence[Sequence[Any]], name: str, label: str | None, hole_label: str | None
 ) -> tuple[tuple[Ring, ...], Slips]:
-    """Outer ring and holes without those that have no area, and what was dropped; no ring if the outer one has none."""
+    """Outer ring and holes that have an area, and what was dropped; no rings if the outer one has no area."""
     made, slips = list[Ring](), Slips()
     for number, loop in enumerate(loops):
         called = f"{name}, hole {number}" if number else name
@@ -269,13 +269,13 @@ def _area(
 
 
 def text_of(properties: Mapping[str, Any], *keys: str) -> str | None:
-    """The text or number of the first of the keys, in any case, that has one."""
+    """The text or number of the first key, in small or capital letters, that has one; else None."""
     values = {str(key).lower(): value for key, value in properties.items()}
     return next(filter(None, (_as_text(values.get(key)) for key in keys)), None)
 
 
 def text_of_number(value: float) -> str:
-    """A number as a name: whole ones without a point, and all digits, so that no two numbers have one name."""
+    """A number as a name: whole numbers without a point, others with all digits, so that no two have the same name."""
     return repr(float(value)).removesuffix(".0")
 
 

@@ -1,4 +1,4 @@
-"""A file chosen by its ending, and the rings of what a case takes of it.
+"""The formats by the endings of files, and the rings of the features that a case takes from a file.
 
 A new format is a module beside this one, and its rows in `FORMATS`.
 """
@@ -27,16 +27,16 @@ from bubblemesh.readers.selection import METRES, Selection
 
 
 class Format(NamedTuple):
-    """Reading of the files of an ending."""
+    """How files with an ending are read."""
 
-    read: str  # module and function, imported when needed, that give the `FeatureCollection` of a path
-    extra: str | None = None  # what of the package to install for it
-    beside: tuple[str, ...] = ()  # endings of files that belong to it
-    one_layer: bool = False  # the function reads one layer, its last argument
-    selects: bool = False  # it takes the selection as well, and gives a geometry to what that takes only
-    lines: str | None = None  # what reads open lines, where a list of points may be either
-    points: str | None = None  # what reads points, likewise
-    has_inner_lines: bool = False  # lines within the domain that it describes
+    read: str  # module and function, imported when needed, that returns the `FeatureCollection` of a path
+    extra: str | None = None  # extra of the package that it needs
+    beside: tuple[str, ...] = ()  # endings of further files that belong to the file
+    one_layer: bool = False  # whether the function reads one layer, its last argument
+    selects: bool = False  # whether it takes the selection as well, and reads only geometry that is selected
+    lines: str | None = None  # function for open lines, if a list of points may be lines or rings
+    points: str | None = None  # function for points, likewise
+    has_inner_lines: bool = False  # whether files may have lines within the domain that they describe
     of_maps: bool = False  # whether its coordinates are mostly places on the earth
 
 
@@ -74,7 +74,7 @@ def is_of_maps(path: Path) -> bool:
     return known is not None and known.of_maps
 
 
-# What makes a file that is read of one in another format.
+# For formats that are not read, how to convert such a file.
 ELSEWHERE = {
     (".kml", ".kmz", ".gml", ".gpx", ".fgb", ".gdb", ".osm", ".pbf", ".tab", ".mif", ".e00", ".parquet"): (
         "convert it by ogr2ogr {0}.geojson {1}, or export it from QGIS"
@@ -89,17 +89,17 @@ ELSEWHERE = {
 
 
 class Chosen(NamedTuple):
-    """Part of a file that a case takes: areas with their holes, rings that may nest, points in holes, notes on all."""
+    """Part of a file that a case takes: areas with their holes, rings that may be nested, points in holes, notes."""
 
     areas: list[Area]
     loose: list[Ring]
     hole_points: Sequence[Point] | None
     notes: list[str]
-    factor: float  # of lengths, for those of the case
+    factor: float  # from the file's lengths to the case's
 
 
 def read_areas(path: Path, selection: Selection) -> list[Area]:
-    """The area of a file, as its rings nest, or those that the selection's part takes, the largest first.
+    """The area of a file, by the nesting of its rings, or the areas in the selection's part, the largest first.
 
     The first ring has the notes on the whole file. FileError, CaseError or GeometryError with the file and the feature,
     point or line.
@@ -109,16 +109,16 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
         areas = areas_of(chosen.areas, chosen.loose, chosen.hole_points)
         part = selection.part
         if selection.repair is not None:
-            part = "all" if part is None and len(areas) == 1 else part  # pieces that a repair makes of one area
+            part = "all" if part is None and len(areas) == 1 else part  # a repair may make several pieces of one area
             areas = selection.repair(areas)
         areas = chosen_areas(areas, part)
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
 def read_shapes(path: Path, selection: Selection) -> list[Area]:
-    """Areas and closed rings of a file, however they nest, or those that the selection's part takes.
+    """Areas and closed rings of a file, nested or not, or those in the selection's part.
 
-    The first ring has the notes on the whole file; errors are those of `read_areas`.
+    The first ring has the notes on the whole file; the same errors as `read_areas`.
     """
     with prefixed(path):
         chosen = _chosen(path, selection)
@@ -131,11 +131,10 @@ def read_shapes(path: Path, selection: Selection) -> list[Area]:
 
 
 def read_regions(path: Path, selection: Selection, key: str, limits: bool = True) -> list[Area]:
-    """Areas of a file whose features share borders, with the values of their property ``key`` as names.
+    """Areas of a file whose features share borders, named by their property ``key``, or by their layer for "layer".
 
-    For ``key`` "layer" it is the layer. With ``limits`` they have the largest areas of triangles that the file gives.
-    The first ring has the notes on the whole file; errors are those of `read_areas`, and GeometryError if neighbours
-    overlap.
+    With ``limits`` they have the largest areas of triangles that the file gives. The first ring has the notes on the
+    whole file. The same errors as `read_areas`, and GeometryError if neighbours overlap.
     """
     with prefixed(path):
         content = content_of(path, selection)
@@ -151,7 +150,7 @@ def read_regions(path: Path, selection: Selection, key: str, limits: bool = True
 
 
 def _told_of_limits(limits: Sequence[float]) -> list[str]:
-    """Note on largest areas of triangles that a file gives for regions."""
+    """Note on the largest areas of triangles that a file gives for regions."""
     if not limits:
         return []
     values = f"{min(limits):g}" if min(limits) == max(limits) else f"{min(limits):g} to {max(limits):g}"
@@ -178,9 +177,9 @@ def _chosen(path: Path, selection: Selection, is_map: bool = False) -> Chosen:
 def _measured(
     content: FeatureCollection, features: Sequence[Feature], selection: Selection, is_map: bool = False
 ) -> tuple[float, list[str]]:
-    """Size of the features, and notes on their unit; messages tell places as exactly as the size asks for.
+    """Size of the features, by which messages round places from now on, and notes on their unit.
 
-    ``is_map`` is as of `degrees_notes`.
+    ``is_map`` is that of `degrees_notes`.
     """
     points = vertices_of(features)
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
@@ -190,7 +189,7 @@ def _measured(
 
 
 def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[str]:
-    """Notes on the unit of length that a case gives, where the file has another one or none."""
+    """Notes on the unit of length that a case gives, if the file has another one or does not name any."""
     if selection.unit and content.unit and selection.unit != content.unit:
         yield f"its header gives lengths in {content.unit}, the case in {selection.unit}: the case counts"
     if selection.unit and content.physical and content.physical.assumed:
@@ -203,7 +202,7 @@ def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[s
 def content_of(
     path: Path, selection: Selection, purpose: Literal["rings", "lines", "points"] = "rings"
 ) -> FeatureCollection:
-    """Content of a file; of lists of points what they are read for. FileError or CaseError."""
+    """Content of a file; the purpose decides how lists of points are read. FileError or CaseError."""
     known = FORMATS.get(path.suffix.lower())
     if known is None:
         ways = (way for endings, way in ELSEWHERE.items() if path.suffix.lower() in endings)
@@ -229,7 +228,7 @@ def content_of(
 
 
 def _finished(path: Path, factor: float, areas: Sequence[Area], notes: Iterable[str]) -> list[Area]:
-    """The areas in the case's lengths, with the file before where rings come from and before their notes."""
+    """The areas in the case's lengths, with the file in front of the origins and the notes of rings."""
     times = "" if factor == 1 else f", lengths times {factor:g}"
     by = Similarity.of(scale=factor)
     left = [*notes]

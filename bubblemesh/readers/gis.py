@@ -1,7 +1,7 @@
 """Shapefiles and GeoPackages: features in layers.
 
-The library behind them, GDAL, opens whatever it knows, also what leads to other files and to the network. So it is
-given the bytes of nothing but a shapefile or a GeoPackage, as known by their first ones, and no path.
+The library behind them, GDAL, opens files of any format that it knows, also those that lead to other files or to the
+network. So it gets no path, but only bytes, after a check that they begin like a shapefile or a GeoPackage.
 """
 
 import re
@@ -35,18 +35,18 @@ from bubblemesh.readers.simple_features import shape_of_wkb
 
 SHAPEFILE = (9994).to_bytes(4, "big")
 SHAPEFILE_PARTS = (".shx", ".dbf", ".prj", ".cpg")
-HEAD, LENGTH = 100, slice(24, 28)  # bytes of the head of a .shp or .shx, and where it has the length of the file
-WORD = 2  # bytes, in which a shapefile counts lengths
+HEAD, LENGTH = 100, slice(24, 28)  # bytes of the header of a .shp or .shx, and of the file's length in it
+WORD = 2  # bytes: unit of lengths in a shapefile
 SQLITE = b"SQLite format 3\0"
 GEOPACKAGE = (b"GPKG", b"GP10", b"GP11")  # at APPLICATION
 APPLICATION = slice(68, 72)
-VERSIONS = slice(18, 20)  # of the formats to read and write: 2 with a log file beside, which is nothing but bytes
-DAMAGED = sqlite3.Error, UnicodeError  # the second where SQLite quotes bytes that are no text
+VERSIONS = slice(18, 20)  # versions for reading and writing: 2 if there may be a log file beside the database
+DAMAGED = sqlite3.Error, UnicodeError  # UnicodeError if SQLite quotes bytes that are not text
 NO_NETWORK = {"CPL_VSIL_CURL_ALLOWED_FILENAME": "none", "PROJ_NETWORK": "OFF", "GDAL_PAM_ENABLED": "NO"}
 
 
 def read_shapefile(path: Path, selection: Selection, layer: str | None) -> FeatureCollection:
-    """The features of a shapefile, whose only layer has its name; errors as of `read_geopackage`."""
+    """The features of a shapefile, whose only layer has the file's name; the same errors as `read_geopackage`."""
     content = read_bytes(path)
     if not content.startswith(SHAPEFILE):
         raise _invalid("shapefile", "it does not begin as one")
@@ -54,7 +54,7 @@ def read_shapefile(path: Path, selection: Selection, layer: str | None) -> Featu
     if ".shx" not in parts:
         raise _invalid("shapefile", "there is no .shx beside it")
     _require_whole(content, parts[".shx"])
-    # GDAL fails at a system that is not whole, and nothing is projected.
+    # GDAL fails if the reference system is incomplete, and is not needed for it.
     system = parts.pop(".prj", b"").decode("latin-1") or None
     archive = BytesIO()
     with ZipFile(archive, "w") as file:
@@ -65,30 +65,30 @@ def read_shapefile(path: Path, selection: Selection, layer: str | None) -> Featu
 
 
 def _require_whole(shapes: bytes, index: bytes) -> None:
-    """Check that a .shp and its .shx are whole, and belong together; CaseError if not.
+    """Check that a .shp and its .shx are complete and belong together; CaseError if not.
 
-    GDAL would give features without a shape, or fewer of them.
+    From others GDAL would read features without a shape, or fewer features.
     """
     for ending, part in ((".shp", shapes), (".shx", index)):
         if len(part) < _length_of(part):
             raise _invalid("shapefile", f"its {ending} is cut off, at {len(part):,} of {_length_of(part):,} bytes")
     count = (_length_of(index) - HEAD) // 8
     records = np.frombuffer(index, ">i4", 2 * count, HEAD).reshape(-1, 2).astype(np.int64)
-    ends = WORD * records.sum(axis=1) + 8  # place and length of each, without its own head
+    ends = WORD * records.sum(axis=1) + 8  # offset and length of each record, and its header
     if ends.max(initial=HEAD) != _length_of(shapes):
         raise _invalid("shapefile", "its .shx is that of another .shp")
 
 
 def _length_of(part: bytes) -> int:
-    """Bytes that a .shp or .shx has by its own head."""
+    """Length in bytes of a .shp or .shx by its own header."""
     return max(WORD * int.from_bytes(part[LENGTH], "big"), HEAD)
 
 
 def read_geopackage(path: Path, selection: Selection, layer: str | None) -> FeatureCollection:
     """The features of one layer, a table; FileError, or CaseError or GeometryError with the feature.
 
-    Views are left out, and virtual tables refused, but for those that hold an index of the file itself: they may take
-    for ever, or lead to other files.
+    Views are left out. Virtual tables, which may take for ever or lead to other files, are refused, except indices of
+    the file itself.
     """
     content = read_bytes(path)
     if not content.startswith(SQLITE) or content[APPLICATION] not in GEOPACKAGE:
@@ -102,7 +102,7 @@ def read_geopackage(path: Path, selection: Selection, layer: str | None) -> Feat
 
 
 def _plain(content: bytes) -> bytes:
-    """The content of a database with its tables alone; CaseError if one of these is not just a table."""
+    """The content of a database with its plain tables only; CaseError if one of the tables is not a plain one."""
     version_of_no_log = content[: VERSIONS.start] + b"\1\1" + content[VERSIONS.stop :]
     try:
         with closing(sqlite3.connect(":memory:", isolation_level=None)) as database:
@@ -133,7 +133,7 @@ def _require_table(database: sqlite3.Connection, name: str) -> None:
     advice = "save the layer in a GeoPackage of its own"
     try:
         database.execute(f"EXPLAIN SELECT * FROM {_quoted(name)}").close()
-    except sqlite3.OperationalError as error:  # no such module: SQLite by itself has none that reads other files
+    except sqlite3.OperationalError as error:  # no such module: a virtual table of an extension, which is not read
         raise CaseError(f"its table {shown(name, 40)!r} cannot be read ({shown(error)}): {advice}") from None
     columns = database.execute(f"PRAGMA table_xinfo({_quoted(name)})").fetchall()
     if any(hidden in (2, 3) for *_, hidden in columns):
@@ -146,15 +146,15 @@ def _quoted(name: str) -> str:
 
 @contextmanager
 def _quiet(kind: str) -> Iterator[None]:
-    """GDAL without network, its warnings unsaid, its errors those of a file of this kind."""
-    with warnings_are("ignore"):  # what is wrong with the file would be said to the terminal
+    """Within the block, GDAL has no network and prints no warnings; its errors become those of a file of this kind."""
+    with warnings_are("ignore"):  # they would be printed on the terminal
         options = {name: pyogrio.get_gdal_config_option(name) for name in NO_NETWORK}
         pyogrio.set_gdal_config_options(NO_NETWORK)
         try:
             yield
         except BubblemeshError:
             raise
-        except Exception as error:  # of its own, and whatever damaged files make of it
+        except Exception as error:  # its own errors, and any others for damaged files
             raise _invalid(kind, shown(re.sub(r"\S*/vsi\S*", "it", str(error)).partition(";")[0], 90)) from None
         finally:
             pyogrio.set_gdal_config_options(options)

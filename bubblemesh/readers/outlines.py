@@ -1,4 +1,4 @@
-"""Outlines: curves and rings of the chosen features of a file that bound areas, and what is left out beside them."""
+"""Outlines: the curves and rings of chosen features of a file that bound areas, and notes on what is left out."""
 
 from collections.abc import Sequence
 from functools import reduce
@@ -24,7 +24,7 @@ from bubblemesh.readers.slips import Slips
 
 
 class Bounding(NamedTuple):
-    """Areas with their holes, rings that may nest, and notes on what was dropped or left out."""
+    """Areas with their holes, rings that may be nested, and notes on what was dropped or left out."""
 
     areas: list[tuple[Ring, ...]]
     loose: list[Ring]
@@ -32,11 +32,25 @@ class Bounding(NamedTuple):
 
 
 def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = False) -> Bounding:
-    """Outlines of areas: polygons alone where there are some, else closed curves and lines that meet.
+    """Outlines of areas: only polygons if there are any, else closed curves and lines that meet.
 
-    Spare features count where there are no others, and fills also where the others do not close. CaseError if there is
-    nothing that bounds an area; GeometryError if lines do not close, with the keys that help, and the layers or
-    features that do; these can be chosen by number if they are the ``whole`` of the file or its layers.
+    Spare features are used if there are no others, and fills also if the others do not close.
+
+    Parameters
+    ----------
+    features
+        The chosen features.
+    joining
+        Rules for joining curves.
+    whole
+        Whether these are all features of the file or of its layers, so that messages can name features by number.
+
+    Raises
+    ------
+    CaseError
+        If nothing bounds an area.
+    GeometryError
+        If lines do not close; the message has the keys that help, and the layers or features that do close.
     """
     given = features
     features, clips = clipped(given, joining)
@@ -72,7 +86,7 @@ def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = Fal
 
 
 def joining_of(selection: Selection, size: float | None = None) -> Joining:
-    """Way in which the selected curves become rings; if it has a ``size`` they may be mended."""
+    """Rules by which the selected curves become rings; with a ``size`` they may be mended."""
     joining, repair = Joining(selection.join, selection.open == "skip"), selection.repair
     if repair is None or not repair.mend or size is None:
         return joining
@@ -82,13 +96,13 @@ def joining_of(selection: Selection, size: float | None = None) -> Joining:
 class _Found(NamedTuple):
     areas: list[tuple[Ring, ...]]
     rings: list[Ring]
-    left_out: dict[str, int]  # numbers by what it is
+    left_out: dict[str, int]  # numbers of things left out, by their kind
     notes: Sequence[str]
     slips: Slips
 
 
 def _bounding(features: Sequence[Feature], joining: Joining) -> _Found:
-    """Outlines of areas where all features count; GeometryError if lines do not close."""
+    """Outlines of areas by all of the features; GeometryError if lines do not close."""
     areas = [area for one in features for area in one.areas]
     rings = [ring for one in features for ring in one.rings]
     curves = [curve for one in features for curve in one.curves]
@@ -97,12 +111,12 @@ def _bounding(features: Sequence[Feature], joining: Joining) -> _Found:
     if areas:
         return _Found(areas, rings, left_out, (), slips)
     joined = rings_of_linework(curves, joining) if joining.mend else rings_of_curves(curves, joining)
-    loops, copies = without_same_circles(rings + joined.rings)  # arcs that are joined may be a circle too
+    loops, copies = without_same_circles(rings + joined.rings)  # joined arcs may be a circle, too
     return _Found(areas, loops, left_out, joined.notes, slips + joined.slips + copies)
 
 
 def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> BubblemeshError:
-    """Error on features that bound no area."""
+    """Error for features that bound no area."""
     if slips.flat:
         names = next((one.name for one in features if one.slips.flat), "a ring")
         return GeometryError(f"{names}: no ring has an area: give at least three different points, not in one line")
@@ -113,7 +127,7 @@ def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> Bubble
 
 
 def _tried(features: Sequence[Feature], joining: Joining) -> Outcome | None:
-    """Outcome of joining features; None where a ring does not close, or collapses."""
+    """Outcome of joining features; None if a ring does not close or collapses."""
     try:
         seen = clipped(features, joining)[0]
         used = next((kind for kind in (None, *SPARE) if any(one.bounds for one in seen if one.spare == kind)), None)

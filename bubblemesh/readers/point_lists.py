@@ -25,14 +25,14 @@ from bubblemesh.readers.tables import (
     plain_line,
 )
 
-FEWEST = 3  # points of a ring, after which words may part it from the next
+FEWEST = 3  # points of a ring, after which a line of words ends it
 
 
 def read_rings(path: Path) -> FeatureCollection:
-    """A ring for each block of points; blank lines and rows of nan part blocks, words before a block are its header.
+    """A ring for each block of points; blocks are separated by blank lines and rows of nan, and may begin with words.
 
-    Columns are taken by their names x and y, where the first line has such. Airfoils are read as the programs for them
-    list them. FileError, or CaseError with the line.
+    Columns are found by the names x and y, if the first line has names. The formats of programs for airfoils are known.
+    FileError, or CaseError with the line.
     """
     return _listed(path, "ring", polygon_ring, "rings")
 
@@ -45,7 +45,7 @@ def read_lines(path: Path) -> FeatureCollection:
 def _listed(
     path: Path, noun: str, made: Callable[[list[Point], str], tuple[Any, Slips]], key: str
 ) -> FeatureCollection:
-    """A feature for each block of points, whose ``key`` holds what is made of them, unless that is nothing."""
+    """A feature for each block of points, which holds under ``key`` what ``made`` returns, unless that is None."""
     found = _blocks(path)
     features: list[Feature] = []
     for block in found.blocks:
@@ -78,7 +78,7 @@ def read_points(path: Path) -> FeatureCollection:
 
 
 def _first_two(text: str) -> tuple[list[tuple[int, tuple[float, float], dict[str, str]]], tuple[str, ...]]:
-    """Line, place and no properties of each row with two numbers or more; words beside them are left out."""
+    """Line, place and empty properties of each row with two numbers or more, and notes; words are left out."""
     decimal = has_decimal_commas(text)
     rows, widest = [], 0
     for number, line in enumerate(text.splitlines(), start=1):
@@ -95,13 +95,14 @@ def _first_two(text: str) -> tuple[list[tuple[int, tuple[float, float], dict[str
 
 
 class _Blocks(NamedTuple):
-    """Blocks of points, and notes on what was left out or taken as what."""
+    """Blocks of points, and notes on what was left out and how lines were read."""
 
     blocks: list[Block]
     notes: tuple[str, ...]
 
 
 def _blocks(path: Path) -> _Blocks:
+    """Blocks of a file; FileError, or CaseError with the line."""
     text = read_text(path)
     notes: dict[str, None] = {}
     named = named_rows(text, fewest=3)
@@ -123,14 +124,14 @@ def _blocks(path: Path) -> _Blocks:
 
 
 def _index(blocks: list[Block]) -> str:
-    """Advice where the first column may be an index."""
+    """Advice if the first column may be an index; else empty."""
     first = [row[0] for block in blocks for row in block.rows]
     counts = len(first) > FEWEST and first[0] in (0, 1) and all(b - a == 1 for a, b in pairwise(first))
     return ", and the first, which counts the rows, is x: name columns x and y in the first line" if counts else ""
 
 
 def _parted(lines: Iterator[Line], notes: dict[str, None]) -> Iterator[Block]:
-    """The blocks of rows; what is left out is added to the notes."""
+    """The blocks of rows; notes are added on what is left out."""
     rows: list[list[float]] = []
     first = 0
     for number, text, values in lines:
@@ -159,7 +160,7 @@ def _no_point(number: int, text: str) -> CaseError:
 
 
 def _is_slip(text: str) -> bool:
-    """Whether a line of words may be a mistyped point such as ``O 0``, rather than a header such as ``NACA 0012``."""
+    """Whether a line of words may be a mistyped point such as ``O 0`` and not a header such as ``NACA 0012``."""
     words = [word for word in SEPARATOR.split(text.strip()) if word]
     others = [word for word in words if numbers_in([word]) is None]
     return len(others) < len(words) and any(len(word) == 1 or any(c.isdigit() for c in word) for word in others)

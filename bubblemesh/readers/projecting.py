@@ -1,4 +1,4 @@
-"""Features of files taken to the plane of a case whose coordinates are places on the earth."""
+"""Features of files, projected to the plane of a case, if its coordinates are places on the earth."""
 
 from dataclasses import replace
 
@@ -14,10 +14,10 @@ from bubblemesh.readers.selection import Selection
 
 
 def taken(content: FeatureCollection, selection: Selection) -> list[Feature]:
-    """The features of a file that a case takes, in its plane if it has one.
+    """The selected features of a file, projected to the plane of the case if it has one.
 
-    CaseError as of `Selection.of`, for curves that are not straight, and for a unit of length, which places on the
-    earth have not.
+    The same CaseError as `Selection.of`, and CaseError for curves that are not straight and for a unit of length, which
+    places on the earth do not have.
     """
     features = selection.of(content.features)
     if not is_projecting():
@@ -26,7 +26,7 @@ def taken(content: FeatureCollection, selection: Selection) -> list[Feature]:
         raise CaseError("units and scale are not for coordinates with a crs: leave them out")
     points = vertices_of(features)
     require_system(content.system, content.degrees, points)
-    projected(points)  # all of them decide on the plane, and are checked
+    projected(points)  # all at once: they decide on the plane, and are checked
     return [_projected(one) for one in features]
 
 

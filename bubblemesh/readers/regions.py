@@ -20,14 +20,14 @@ from bubblemesh.readers.features import REGION, Feature, text_of_number
 from bubblemesh.readers.outlines import bounding, joining_of
 from bubblemesh.readers.selection import Selection
 
-LAYER = "layer"  # name of the property that a feature's layer is
+LAYER = "layer"  # as a property, the layer of a feature
 
 
 def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> tuple[list[Area], list[str]]:
     """Areas of features, named by their property ``key``, whose borders are exactly shared, and notes.
 
-    Those with one name that share a border become one area. CaseError if there is no such property, or a value of it is
-    no name; GeometryError if neighbours overlap by more than the selection's ``join``.
+    Areas with the same name that share a border become one. CaseError if there is no such property, or a value of it
+    cannot be a name; GeometryError if neighbours overlap by more than the selection's ``join``.
     """
     groups: dict[str, list[Feature]] = {}
     if any(one.spare == REGION for one in features):
@@ -61,9 +61,9 @@ def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> 
 
 
 def largest_by_name(features: Sequence[Feature], key: str) -> dict[str, float]:
-    """Largest areas of triangles that a file gives for its regions, by the names that `named_areas` takes.
+    """Largest areas of triangles that a file gives for its regions, by the names of `named_areas`.
 
-    Of several of one name it is the smallest.
+    Of several regions with the same name the smallest value is used.
     """
     found: dict[str, float] = {}
     for one in features:
@@ -87,7 +87,7 @@ def _value(feature: Feature, key: str) -> str:
 
 
 def _matched(areas: list[Area], notes: list[str], join: float | None) -> tuple[list[Area], list[str]]:
-    """Straight-sided areas with exactly shared borders, without those between areas of one name."""
+    """Straight-sided areas with exactly shared borders; areas with the same name that share a border are united."""
     for area in areas:
         for ring in area.rings:
             with prefixed(f"region {area.name!r}"):
@@ -121,7 +121,7 @@ def _area(shape: shapely.Polygon, label: str | None = None, origin: str | None =
 
 
 def united(areas: Sequence[Area]) -> list[Area]:
-    """The areas that straight-sided ones cover together."""
+    """The union of straight-sided areas, as areas."""
     shapes = shapes_of(areas)
     whole = shapely.coverage_union_all(shapes) if shapely.coverage_is_valid(shapes) else shapely.union_all(shapes)
     parts = np.array(polygons_of(whole))

@@ -1,4 +1,4 @@
-"""Any smooth parametric curve as a cubic spline through enough of its points."""
+"""Cubic splines that follow smooth parametric curves, through enough points of these."""
 
 from collections.abc import Callable, Sequence
 from itertools import islice
@@ -12,7 +12,7 @@ from bubblemesh.geometry.curves import Splines, turning
 SEAM = 1e-4  # of a closed curve's parameter, beside its start
 SMOOTH_TURN = 0.01  # radians over the seam
 ACCURACY = 1e-6  # of the curve's extent: how far the spline may be from it
-MOST_TOGETHER = 200_000  # samples of splines that are looked at together, for the memory that it takes
+MOST_TOGETHER = 200_000  # samples of splines in a block, to bound the memory
 FEWEST, MOST_DOUBLINGS = 8, 9  # of the intervals between points
 SAMPLES = 64  # of the spline in an interval
 PANELS = 8  # of the table of arc lengths in an interval: enough to compare distances
@@ -21,7 +21,7 @@ Parametric = Callable[[Floats], Floats]  # points (m, 2) at parameters (m,) in [
 
 
 def splines(curves: Sequence[Parametric]) -> list[list[Floats]]:
-    """Points of one or more cubic splines that follow each of some curves over [0, 1], one after the other.
+    """For each curve over [0, 1], the points of one or more cubic splines that follow it, one after the other.
 
     A curve that ends in a corner at its own start is cut in two: a closed spline would be smooth there.
     """
@@ -42,7 +42,7 @@ def _smooth_parts(curve: Parametric) -> list[Parametric]:
 
 
 def _through(curves: Sequence[Parametric]) -> list[Floats]:
-    """Points (k, 2) of each of some smooth curves over [0, 1], the ends included, whose cubic spline follows it."""
+    """For each smooth curve over [0, 1], points (k, 2), ends included, through which a cubic spline follows it."""
     found, open_ = [np.zeros((0, 2)) for _ in curves], list(range(len(curves)))
     for doublings in range(MOST_DOUBLINGS + 1):
         t = np.linspace(0, 1, FEWEST * 2**doublings + 1)
@@ -60,9 +60,9 @@ def _through(curves: Sequence[Parametric]) -> list[Floats]:
 
 
 def _departures(points: Floats, between: Floats) -> Floats:
-    """Largest distances (n,) from the splines of points (n, k, 2) of the curves between their knots (n, k - 1, 2).
+    """Largest distances (n,) of curves, given by points between knots (n, k - 1, 2), from splines through (n, k, 2).
 
-    They are zero where points coincide.
+    They are zero if points coincide.
     """
     largest = np.zeros(len(points))
     different = np.flatnonzero((np.diff(points, axis=1) != 0).any(axis=2).all(axis=1))
@@ -84,10 +84,10 @@ def _departures(points: Floats, between: Floats) -> Floats:
 
 
 def _nearest(between: Floats, dense: Floats, start: Integers, knots: Floats, samples: int) -> Integers:
-    """Numbers (m,) of the dense points nearest to points (m, 2), each of which lies between two knots of its curve.
+    """Numbers (m,) of the dense points that are nearest to points (m, 2), each of them between two knots of its curve.
 
-    The dense points of its curve begin with number ``start`` (m,); ``knots`` (n, k) are in steps of these, of which
-    the curve has so many ``samples``.
+    The dense points of a curve begin with number ``start`` (m,) and have ``samples`` steps; ``knots`` (n, k) are
+    measured in these steps.
     """
     first = np.maximum(np.floor(knots[:, :-1]).astype(np.int64) - 1, 0).ravel()
     last = np.minimum(np.ceil(knots[:, 1:]).astype(np.int64) + 1, samples).ravel()

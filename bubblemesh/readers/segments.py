@@ -1,4 +1,4 @@
-"""Segments of a plane graph: which are around its domain, which lie within it, and which outside."""
+"""Segments of a plane graph: those around its domain, those within it, and those outside."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -18,20 +18,20 @@ ROUNDING = 1e-9  # of a segment's length
 
 
 class Split(NamedTuple):
-    """Segments by where they are, and the parts of the domain that they enclose."""
+    """Segments by their position, and the parts of the domain that they enclose."""
 
     around: list[CompoundCurve]
     inner: list[CompoundCurve]  # within the domain, or partly so
-    crossing: list[CompoundCurve]  # those of the inner ones that go on outside
+    crossing: list[CompoundCurve]  # inner segments that are partly outside
     outside: list[CompoundCurve]
     parts: list[shapely.Polygon]
 
 
 def split(segments: Sequence[CompoundCurve], holes: Sequence[Point]) -> Split:
-    """The segments around a domain, within it and outside.
+    """Divide segments into those around a domain, within it and outside.
 
-    Parts with one of the ``holes`` in them do not belong to the domain. Where nothing is enclosed, all segments are
-    around it, for their open ends to be told.
+    Parts that contain one of the points in ``holes`` do not belong to the domain. If nothing is enclosed, all segments
+    count as around it, so that their open ends are reported.
     """
     lines = shapely.linestrings([(segment.start, segment.end) for segment in segments])
     faces = shapely.get_parts(shapely.polygonize(lines))
@@ -60,7 +60,7 @@ def split(segments: Sequence[CompoundCurve], holes: Sequence[Point]) -> Split:
 
 
 def _shares_inside(lines: NDArray[Any], faces: NDArray[Any]) -> Floats:
-    """Share (n,) of the length of each line that is in faces or on their sides; more than 1 along common sides."""
+    """Share (n,) of the length of each line in faces or on their sides; more than 1 along sides of two faces."""
     face, line = shapely.STRtree(lines).query(faces, predicate="intersects")
     lengths = shapely.length(shapely.intersection(faces[face], lines[line]))
     found: Floats = np.bincount(line, lengths, len(lines)) / shapely.length(lines)
@@ -76,5 +76,5 @@ def _edges(face: shapely.Polygon) -> list[Edge]:
 
 
 def _edge(a: Point, b: Point) -> Edge:
-    """The edge between two points, whichever way it runs."""
+    """The edge between two points, the same for both directions."""
     return (a, b) if a <= b else (b, a)

@@ -1,4 +1,4 @@
-"""Choice of features of a file with geometry, and of its unit of length."""
+"""Choice of features from a file with geometry, and of its unit of length."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
@@ -31,25 +31,25 @@ LONGEST_LIST = 200  # letters of names in a message
 
 @record
 class Selection:
-    """Choice of what a case takes of a file."""
+    """Choice of what a case takes from a file."""
 
     layers: tuple[str, ...] = ()  # only features on these layers; empty for all
-    feature: int | Mapping[str, Any] | None = None  # number of the one, from 0, or properties of those to take
-    scale: float = 1.0  # by which the file's lengths are multiplied
-    unit: Unit | None = None  # of the file's lengths, in place of ``scale``; the case's is the metre
-    part: Part | None = None  # of its areas: one, from 0, the largest first, or all of them
+    feature: int | Mapping[str, Any] | None = None  # number of a feature, from 0, or properties that features must have
+    scale: float = 1.0  # factor of the file's lengths
+    unit: Unit | None = None  # of the file's lengths, in place of ``scale``; the case is in metres then
+    part: Part | None = None  # number of one of its areas, from 0, the largest first, or all of them
     join: float | None = None  # ends of curves nearer than this meet, in the file's unit
-    open: Open | None = None  # what becomes of curves that form no ring; by default they are an error
+    open: Open | None = None  # what to do with curves that form no ring; by default they are an error
     repair: "Repair | None" = None  # what to change of its areas
 
     def factor(self, content: "FeatureCollection") -> float:
-        """By which the file's lengths are multiplied: with a unit, for metres."""
+        """Factor of the file's lengths; with a unit, the factor to metres."""
         if self.unit is None:
             return self.scale
         return METRES[self.unit] if content.physical is None else content.physical.metres
 
     def of(self, features: "Sequence[Feature]") -> "list[Feature]":
-        """The features to take; CaseError, with a list of what there is, if there is none of them."""
+        """The selected features; CaseError, with a list of the choices, if there are none."""
         found = self._on_layers(features)
         if isinstance(self.feature, int):
             if self.feature >= len(found):
@@ -63,9 +63,9 @@ class Selection:
     def converted(
         self, bare: "Sequence[Feature]", convert: "Callable[[int, Feature], Feature]"
     ) -> "tuple[Feature, ...]":
-        """Features with what ``convert`` makes of those to take, by their numbers; the others stay as bare as they are.
+        """The features, with selected ones replaced by what ``convert`` returns for their number and bare feature.
 
-        So one of very many takes little time. Errors as of `of`.
+        So selecting one of very many features takes little time. The same errors as `of`.
         """
         taken = set(map(id, self.of(bare)))
         return tuple(convert(number, one) if id(one) in taken else one for number, one in enumerate(bare))
@@ -93,9 +93,9 @@ def _with_property(features: "Sequence[Feature]", key: str, value: Any) -> "list
 
 
 def one_of(known: Sequence[str], name: str | None, noun: str, key: str = "name") -> str:
-    """The layer, grid or the like of a file that is asked for, or the only one.
+    """The name of a layer, grid or the like in a file: the given one, or that of the only one.
 
-    CaseError with those that there are, if none is asked for by the ``key`` and there are several, or if it is unknown.
+    CaseError with a list of the names, if there are several and ``key`` chooses none of them, or if it is unknown.
     """
     if name is None and len(known) != 1:
         names = shown(", ".join(known) or "none", LONGEST_LIST)

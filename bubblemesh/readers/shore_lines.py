@@ -12,12 +12,12 @@ from bubblemesh.geometry.rings import end_of
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import Feature
 
-ROUNDING = 1e-9  # of the box's size: what lies so near to a line is on it
-FEW = 0.05  # of the sides of a face: others that say the opposite are slips
+ROUNDING = 1e-9  # of the box's size: so near to a line counts as on it
+FEW = 0.05  # of the sides of a face: so many may say the opposite by mistake
 
 
 def given_place(point: Floats) -> str:
-    """A point as messages write it while a file is read: in the coordinates that it has there."""
+    """Text of a point in messages while a file is read: in the coordinates of the file."""
     x, y = point.tolist()
     return f"({x:.6g}, {y:.6g})"
 
@@ -30,7 +30,7 @@ class ShoreLine(NamedTuple):
 
 
 def shore_lines(features: Sequence[Feature]) -> list[ShoreLine]:
-    """Lines of features, in their direction; rings end where they begin. CaseError if there is none."""
+    """Lines of features, in their direction; rings end where they begin. CaseError if there are none."""
     found = [
         ShoreLine(np.array([curve.start, *map(end_of, curve.pieces)], float), one.name)
         for one in features
@@ -47,10 +47,10 @@ def shore_lines(features: Sequence[Feature]) -> list[ShoreLine]:
 def left_of(
     lines: Sequence[ShoreLine], cut: shapely.Geometry, frame: shapely.Polygon
 ) -> tuple[list[shapely.Polygon], tuple[str, ...]]:
-    """Faces of a frame that are on the left of lines, of which ``cut`` is the part in the frame, and notes.
+    """Faces of a frame that are on the left of lines, and notes; ``cut`` is the part of the lines in the frame.
 
-    CaseError, with the place and the feature, if a face is on the left and on the right of lines, or if a line ends in
-    it that is no short spur.
+    CaseError, with the place and the feature, if a face is on the left of some lines and on the right of others, or if
+    a line, other than a short spur, ends in it.
     """
     edges = shapely.get_parts(shapely.node(shapely.union_all([cut, frame.boundary])))
     made, bridges, spurs, _ = shapely.polygonize_full(edges)
@@ -70,7 +70,7 @@ def left_of(
 
 
 class _Shore:
-    """The segments of all lines, by which sides of faces are known."""
+    """The segments of all lines, with which sides of faces are compared."""
 
     def __init__(self, lines: Sequence[ShoreLine], near: float) -> None:
         self.near = near
@@ -80,11 +80,11 @@ class _Shore:
         self.tree = shapely.STRtree(shapely.linestrings(self.segments))
 
     def votes(self, faces: Sequence[shapely.Polygon]) -> Floats:
-        """Length (n, 2) of the sides of each face that have lines along them with the face on their right, and left."""
+        """Lengths (n, 2) of the sides of each face along lines, with the face on the right and on the left of these."""
         return np.array([np.bincount(left, length, 2) for length, left, _, _ in map(self._along, faces)])
 
     def odd_one(self, face: shapely.Polygon, left: bool) -> tuple[str, str]:
-        """Middle of the longest side of a face of which a line is on that side, and the feature of the line."""
+        """Middle of the longest side of a face along lines that have it on the given side, and the line's feature."""
         length, is_left, middles, segments = self._along(face)
         k = int(np.argmax(np.where(is_left == left, length, -1.0)))
         return given_place(middles[k]), self.features[self.owner[segments[k]]]
@@ -94,10 +94,13 @@ class _Shore:
         return self.features[self.owner[self.tree.nearest(shapely.Point(point))]]
 
     def _along(self, face: shapely.Polygon) -> tuple[Floats, Integers, Floats, Integers]:
-        """Sides of a face that are on lines, its boundary being counter-clockwise.
+        """Sides of a face that are on lines, with the boundary of the face counter-clockwise.
 
-        Their lengths (k,), whether lines have it on their left (k,), as numbers, their middles (k, 2) and the segments
-        (k,) that they are on.
+        Returns
+        -------
+        tuple
+            Lengths (k,); whether lines have the face on their left, as 0 or 1 (k,); middles (k, 2); numbers (k,) of the
+            segments on which they are.
         """
         rings = [shapely.get_coordinates(ring) for ring in (face.exterior, *face.interiors)]
         starts, ends = (np.vstack([ring[part] for ring in rings]) for part in (slice(-1), slice(1, None)))
@@ -112,7 +115,7 @@ class _Shore:
 def _spurs_told(
     faces: Sequence[shapely.Polygon], around: Floats, spurs: Sequence[shapely.Geometry], shore: _Shore
 ) -> tuple[str, ...]:
-    """Note on short pieces of lines that bound nothing; CaseError if in a face they are long beside what bounds it."""
+    """Note on short pieces of lines that bound nothing; CaseError if in a face they are long, compared to its sides."""
     if not spurs:
         return ()
     middles = [spur.interpolate(0.5, normalized=True) for spur in spurs]

@@ -22,7 +22,7 @@ from bubblemesh.readers.shore_lines import given_place, left_of, shore_lines
 Box = tuple[float, float, float, float]
 Shapes = NDArray[np.object_]
 Notes = tuple[str, ...]
-ON_SIDE = 2e-6  # of the box's size: what ends nearer to a side of it ends on it, and shapes so near to each other meet
+ON_SIDE = 2e-6  # of the box's size: ends nearer to a side are on it, and shapes nearer to each other meet
 
 
 class Faces(NamedTuple):
@@ -34,10 +34,10 @@ class Faces(NamedTuple):
 
 
 def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, box: Box) -> Faces:
-    """Polygons of a file in a box (x0, y0, x1, y1); what ends at a side of it, but for rounding, ends on that side.
+    """Polygons of a file in a box (x0, y0, x1, y1); ends that are nearly on a side of the box are moved onto it.
 
-    Longitudes may be turns away from those of the box. Lines are closed along the box; what has no line in it is sea.
-    FileError or CaseError if the file cannot be read, has nothing of that kind, or lines do not bound land.
+    Longitudes may differ from those of the box by whole turns. Lines are closed along the box; a box without lines is
+    sea. FileError or CaseError if the file cannot be read, has nothing of that kind, or lines do not bound land.
     """
     selection = Selection(() if layer is None else (layer,))
     content = content_of(path, selection, "lines" if of == "lines" else "rings")
@@ -53,7 +53,7 @@ def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, 
 
 
 def _left_of(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tuple[list[shapely.Polygon], Notes]:
-    """Land on the left of lines, and notes."""
+    """Polygons of the land on the left of lines, and notes."""
     lines = shore_lines(features)
     made = np.array([shapely.LineString(line.points) for line in lines], dtype=object)
     number, turned = _near(made, frame)
@@ -83,7 +83,7 @@ def _areas(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tup
 
 
 def _near(shapes: Shapes, frame: shapely.Polygon) -> tuple[Integers, Shapes]:
-    """Numbers (k,) of the shapes whose extents meet a frame, and these shapes, moved to its turn of longitude."""
+    """Numbers (k,) of the shapes whose extents meet a frame, and these shapes, moved by whole turns of longitude."""
     turn, numbers, moved = full_turn(), list[Integers](), list[Shapes]()
     x0, y0, x1, y1 = frame.bounds
     for shift in (0.0,) if turn is None else (0.0, -turn, turn):
@@ -96,7 +96,7 @@ def _near(shapes: Shapes, frame: shapely.Polygon) -> tuple[Integers, Shapes]:
 
 
 def _joined(shapes: Sequence[shapely.Polygon], near: float) -> tuple[list[shapely.Polygon], Notes]:
-    """The shapes without gaps between them that are narrower than this, and a note on these."""
+    """The shapes with gaps between them narrower than ``near`` closed, and a note on these gaps."""
     found = np.array(shapes, dtype=object)
     rims = shapely.boundary(found)
     first, second = shapely.STRtree(rims).query(rims, predicate="dwithin", distance=near)
@@ -114,7 +114,7 @@ def _joined(shapes: Sequence[shapely.Polygon], near: float) -> tuple[list[shapel
 
 
 def _apart(one: shapely.Polygon, other: shapely.Polygon, near: float) -> Floats:
-    """Vertices (k, 2) of a shape that are near to the boundary of another one, and not on it."""
+    """Vertices (k, 2) of a shape that are near to the boundary of another one, but not on it."""
     rim, points = other.boundary, shapely.get_coordinates(one)
     shapely.prepare(rim)
     points = points[shapely.dwithin(rim, shapely.points(points), near)]
@@ -122,9 +122,9 @@ def _apart(one: shapely.Polygon, other: shapely.Polygon, near: float) -> Floats:
 
 
 def _on_sides(points: Floats, box: Box) -> Floats:
-    """Points (n, 2) of which those that nearly are on the line of a side of a box are on it.
+    """Points (n, 2), with those that are nearly on the line of a side of a box moved onto it.
 
-    Of land that a box was cut out of before no slivers of sea stay along it, and lines reach it.
+    So no slivers of sea stay along the box if the file was cut to it before, and lines reach it.
     """
     x0, y0, x1, y1 = box
     near, moved = ON_SIDE * max(x1 - x0, y1 - y0), points.copy()

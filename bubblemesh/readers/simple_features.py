@@ -29,7 +29,7 @@ from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.topojson import entries_of
 
 DEPTHS = {"Point": 0, "MultiPoint": 1, "LineString": 1, "MultiLineString": 2, "Polygon": 2, "MultiPolygon": 3}
-# Other JSON with shapes, by a key that it has.
+# Other formats in JSON, by a key that they have.
 OTHER_JSON = {
     "elements": ("OpenStreetMap's Overpass", "export it as GeoJSON, as overpass turbo does"),
     "features": ("ArcGIS", "ask its server for f=geojson, or convert it by ogr2ogr"),
@@ -38,7 +38,7 @@ OTHER_JSON = {
 }
 COLLECTION = "GeometryCollection"
 DEEPEST = 20  # collections within collections
-MOST_DIGITS = 300  # of a whole number: longer ones exceed the floats
+MOST_DIGITS = 300  # of a whole number: longer ones exceed all floats
 SYSTEM = re.compile(r"\s*SRID\s*=\s*(\d+)\s*;", re.IGNORECASE)
 WITH_SYSTEM = 0x20000000  # flag of EWKB: a number of a reference system follows
 CURVED = "its curves (arcs) are not read: turn them into lines first, as ST_CurveToLine does"
@@ -61,7 +61,7 @@ def read_geojson(path: Path, selection: Selection) -> FeatureCollection:
 
 
 def _system_of(data: Any) -> str | None:
-    """The system that GeoJSON of before 2016 names, if it does."""
+    """The coordinate system that GeoJSON from before 2016 may name."""
     named = data.get("crs") if isinstance(data, dict) else None
     properties = named.get("properties") if isinstance(named, dict) else None
     name = properties.get("name") if isinstance(properties, dict) else None
@@ -93,7 +93,7 @@ def _parsed(text: str, advice: str) -> Any:
 
 
 def _loaded(text: str) -> Any:
-    """Data of a text; JSONDecodeError if it is no JSON, CaseError if it is nested too deep or has a key twice."""
+    """Data of a text; JSONDecodeError if it is not JSON, CaseError if it is nested too deep or has a key twice."""
     try:
         return json.loads(text, object_pairs_hook=_once, parse_int=_whole)
     except RecursionError:
@@ -105,7 +105,7 @@ def _no_json(error: json.JSONDecodeError, line: int, advice: str) -> CaseError:
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A mapping of which no key is given twice."""
+    """Mapping of pairs; CaseError if a key is there twice."""
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
         seen: set[str] = set()
@@ -128,7 +128,7 @@ def _collection(entries: list[Any], selection: Selection, system: str | None = N
 
 
 def _bare(entry: Any, number: int) -> Feature:
-    """The feature of one entry without its geometry."""
+    """The feature of an entry, without its geometry."""
     if not isinstance(entry, dict):
         raise CaseError(f"feature {number}: not a GeoJSON object (found {shown(json.dumps(entry))})")
     properties: dict[str, Any] = {}
@@ -141,16 +141,16 @@ def _bare(entry: Any, number: int) -> Feature:
 
 
 def _with_geometry(bare: Feature, entry: dict[str, Any], notes: dict[str, None]) -> Feature:
-    """The feature with the geometry of its entry; what is left out of it is added to the notes."""
+    """The feature with the geometry of its entry; notes are added on what is left out."""
     geometry = entry.get("geometry") if entry.get("type") == "Feature" else entry
     parts = NO_PARTS if geometry is None else _parts(geometry, bare.name, notes)
     return feature_of(parts, bare.name, bare.layer, bare.properties)
 
 
 def _parts(geometry: Any, name: str, notes: dict[str, None], depth: int = 0) -> SimpleParts:
-    """Parts of a GeoJSON geometry; heights that are left out are noted.
+    """Parts of a GeoJSON geometry; a note is added if heights are left out.
 
-    CaseError, starting with the ``name``, if it is no geometry, or a position no list of numbers.
+    CaseError, beginning with the ``name``, if it is not a geometry, or a position is not a list of numbers.
     """
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     if not isinstance(geometry, dict) or not isinstance(kind, str) or kind not in (*DEPTHS, COLLECTION):
@@ -169,7 +169,7 @@ def _parts(geometry: Any, name: str, notes: dict[str, None], depth: int = 0) -> 
                 whole.points.extend(some.points)
         return whole
     given = geometry.get("coordinates")
-    if given == []:  # an empty geometry, as any kind may be
+    if given == []:  # an empty geometry, which any kind may be
         return NO_PARTS
     value = _plane(given, DEPTHS[kind], (), name, notes)
     several = value if kind.startswith("Multi") else [value]
@@ -178,7 +178,7 @@ def _parts(geometry: Any, name: str, notes: dict[str, None], depth: int = 0) -> 
 
 
 def _plane(value: Any, depth: int, path: tuple[int, ...], name: str, notes: dict[str, None]) -> Any:
-    """Nested lists of positions, the positions as pairs."""
+    """Nested lists of positions, with the positions as pairs."""
     if depth > 0:
         if not isinstance(value, list):
             raise CaseError(f"{name}: no list of positions at coordinates{list(path)} (found {shown(repr(value))})")
@@ -195,7 +195,7 @@ def _plane(value: Any, depth: int, path: tuple[int, ...], name: str, notes: dict
 
 
 def _are_pairs(values: list[Any]) -> bool:
-    """Whether values, of which there may be very many, are all lists of two numbers."""
+    """Whether all values, which may be very many, are lists of two numbers."""
     if not set(map(type, values)) <= {list} or not set(map(len, values)) <= {2}:
         return False
     return set(map(type, chain.from_iterable(values))) <= {int, float}
@@ -235,7 +235,7 @@ def read_wkb(path: Path) -> FeatureCollection:
 
 
 def _parted(content: bytes) -> Iterator[bytes]:
-    """The bytes of each geometry; what cannot be followed is a part of the last one, of which its reader tells."""
+    """The bytes of each geometry; bytes that cannot be understood are in the last one, whose reader reports them."""
     start = 0
     while start < len(content):
         try:
@@ -247,7 +247,7 @@ def _parted(content: bytes) -> Iterator[bytes]:
 
 
 def _end_of_wkb(content: bytes, start: int) -> int:
-    """Where the geometry ends that begins at ``start``; struct.error if that cannot be told."""
+    """End of the geometry that begins at ``start``; struct.error if it cannot be found."""
     order = "<" if content[start : start + 1] == b"\1" else ">"
 
     def number(at: int) -> int:
@@ -271,7 +271,7 @@ def _end_of_wkb(content: bytes, start: int) -> int:
 
 
 def _of_shapes(shapes: dict[str, shapely.Geometry], systems: set[str]) -> FeatureCollection:
-    """A feature for each shape, by its name, in the one of the ``systems``, numbers of EPSG, that they name."""
+    """A feature for each shape, by its name; the file has the coordinate ``systems``, EPSG numbers."""
     if not shapes:
         raise CaseError("there is no geometry in it: give a POLYGON, or lines that meet")
     solid = any(shapely.has_z(shape) for shape in shapes.values())
@@ -289,7 +289,7 @@ def shape_of_wkb(wkb: bytes, name: str) -> shapely.Geometry:
 def _shape(read: Callable[[Any], shapely.Geometry], given: str | bytes, problem: str, advice: str) -> shapely.Geometry:
     """Geometry that shapely reads; CaseError with the problem and the advice."""
     try:
-        with np.errstate(invalid="ignore"):  # numbers that are none are told by `feature_of`, with their place
+        with np.errstate(invalid="ignore"):  # `feature_of` reports invalid numbers, with their place
             return read(given)
     except NotImplementedError:
         raise CaseError(f"{problem.partition(': not')[0]}: {CURVED}") from None
@@ -302,12 +302,12 @@ END = re.compile(r"[()]|\bEMPTY\b", re.IGNORECASE)
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
-    """First line and text of each geometry: it ends where its brackets are closed, or by EMPTY."""
+    """First line and text of each geometry, which ends where its brackets are closed, or with EMPTY."""
     depth = start = counted = 0
     line = 1
     for end in END.finditer(text):
         depth += {"(": 1, ")": -1}.get(end.group(), 0)
-        if depth > DEEPEST:  # at thousands the library's stack would end
+        if depth > DEEPEST:  # thousands would overflow the stack of the library
             at = line + text.count("\n", counted, end.start())
             raise CaseError(f"line {at}: brackets are nested more than {DEEPEST} deep: give the geometries one by one")
         if depth <= 0:

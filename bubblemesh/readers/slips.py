@@ -1,4 +1,4 @@
-"""Slips that every file may have, dropped as it is read: points given twice, spikes, rings that bound no area."""
+"""Small mistakes of files that are dropped on reading: points given twice, spikes, rings that bound no area."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -12,13 +12,13 @@ from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import counted, place
 from bubblemesh.records import record
 
-SAME = 1e-13  # of a ring's extent: points that are one, as for rings of a case
-ROUNDINGS = 4  # of the coordinates: how far the end of a spike's shorter side may be from the longer one
+SAME = 1e-13  # of a ring's extent: nearer points are the same, as in rings of a case
+ROUNDINGS = 4  # rounding errors of coordinates by which the end of a spike may be off its longer side
 
 
 @record
 class Slips:
-    """Numbers of what was dropped, by kind, and the place of the first."""
+    """Numbers of mistakes that were dropped, by kind, and the place of the first one."""
 
     doubles: int = 0  # points given twice in a row, which are lines of no length
     spikes: int = 0  # points at which a ring turns back on itself
@@ -46,10 +46,10 @@ class Slips:
 
 
 def clean_loop(start: Point, pieces: Sequence[Piece]) -> tuple[Point, list[Piece], Slips]:
-    """A loop of pieces that ends at its start, without lines of no length and spikes, from where it then starts.
+    """Start and pieces of a closed loop without lines of no length and without spikes, and what was dropped.
 
-    A spike is a point between two straight lines of which the second runs back on the first. Of a loop of straight
-    lines that has no area no piece is left.
+    A spike is a point between two straight lines of which the second runs back along the first. If a loop of straight
+    lines has no area, no piece is left.
     """
     ends = np.array([start, *(end_of(piece) for piece in pieces)], float)
     if not has_slips(ends, np.array([isinstance(piece, LineTo) for piece in pieces])):
@@ -68,9 +68,9 @@ def clean_loop(start: Point, pieces: Sequence[Piece]) -> tuple[Point, list[Piece
 
 
 def has_slips(ends: Floats, straight: Booleans | bool = True) -> bool:
-    """Whether a loop through ``ends`` (n + 1, 2), the last as the first, has anything for `clean_loop` to drop.
+    """Whether `clean_loop` would drop anything of a loop through ``ends`` (n + 1, 2), of which the last is the first.
 
-    ``straight`` (n,) are its pieces that are straight lines, by default all.
+    ``straight`` is the mask (n,) of the pieces that are straight lines, by default all.
     """
     tolerance, rounding = _tolerances(ends)
     steps, straight = np.diff(ends, axis=0), np.broadcast_to(straight, len(ends) - 1)
@@ -82,13 +82,13 @@ def has_slips(ends: Floats, straight: Booleans | bool = True) -> bool:
 
 
 def _tolerances(ends: Floats) -> tuple[float, float]:
-    """Distance of points that are the same, and of lines that run back on each other."""
+    """Distances below which points count as the same, and lines as running back along each other."""
     return SAME * float(np.ptp(ends, axis=0).max()), ROUNDINGS * float(np.spacing(np.abs(ends).max()))
 
 
 @dataclass
 class _Loop:
-    """Pieces of a loop with their starts, as far as they are looked through."""
+    """Pieces of a loop with their starts, as far as they have been checked."""
 
     tolerance: float
     rounding: float
@@ -120,7 +120,7 @@ class _Loop:
         return max(abs(a[0] - b[0]), abs(a[1] - b[1])) <= self.tolerance
 
     def _is_spike(self, one: tuple[Point, Piece], other: tuple[Point, Piece]) -> bool:
-        """Whether the ``other`` of two straight pieces runs back on the one."""
+        """Whether the ``other`` of two straight pieces runs back along the first."""
         (a, to), (b, away) = one, other
         if not (isinstance(to, LineTo) and isinstance(away, LineTo)):
             return False
@@ -130,7 +130,7 @@ class _Loop:
 
 
 def _merged(one: tuple[Point, Piece], other: tuple[Point, Piece]) -> tuple[Point, LineTo]:
-    """The straight line along two others of which the second runs back on the first; the longer one's label stays."""
+    """The straight line that remains if the second of two runs back along the first; it has the longer one's label."""
     (a, to), (b, away) = one, other
     end = end_of(away)
     longer = to if np.hypot(b[0] - a[0], b[1] - a[1]) >= np.hypot(end[0] - b[0], end[1] - b[1]) else away

@@ -1,6 +1,6 @@
 """Tables as text: numbers in a line, separated by commas, semicolons or blanks, or columns with names.
 
-In a line with semicolons a comma is a decimal point. What is quoted is one cell, in which a comma is one too.
+In a line with semicolons, and within quotes, a comma is a decimal point. A text in quotes is one cell.
 """
 
 import csv
@@ -19,14 +19,14 @@ from bubblemesh.messages import listed, shown
 SEPARATOR = re.compile(r"\s*[,;]\s*|\s+")
 COMMENT = re.compile(r"[#%!].*")
 QUOTED_OR_COMMENT = re.compile(r'"([^"]*)"|[#%!].*')
-# Of no text can one part be a match in two ways: a line of a thousand digits would be tried in a million.
+# No text can be matched in two ways: else a line of a thousand digits would be tried in a million ways.
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
 STARTS_AS_NUMBER = re.compile(r"[-+.]*\d")
 DECIMAL_COMMA = re.compile(r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?")
 WITH_COMMA = re.compile(r"[-+]?\d[\d.]*,[\d.,]*([eE][-+]?\d+)?")
-THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")  # or so many thousandths
-DELIMITERS = ";\t,"  # the first that a header has
-# The last ones are those of German surveyors.
+THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")  # may also be a number with three decimals
+DELIMITERS = ";\t,"  # the first one found in a header is used
+# The last names are those of German surveyors.
 X = (
     *("x", "lon", "long", "lng", "longitude", "easting", "east", "xcoord", "xcoordinate", "pointx", "coordx"),
     *("rechtswert", "rechts", "ostwert", "ost"),
@@ -35,11 +35,11 @@ Y = (
     *("y", "lat", "latitude", "northing", "north", "ycoord", "ycoordinate", "pointy", "coordy"),
     *("hochwert", "hoch", "nordwert", "nord"),
 )
-UNIT = re.compile(r"[\s_.-]+(mm|cm|m|km|ft|deg|degrees?|dd|utm)$")  # at the end of a name, as of x_m
+UNIT = re.compile(r"[\s_.-]+(mm|cm|m|km|ft|deg|degrees?|dd|utm)$")  # at the end of a name, as in x_m
 
 
 class Line(NamedTuple):
-    """A line of a table; ``values`` is None for words, and empty where there is nothing but a comment."""
+    """A line of a table; ``values`` is None for words, and empty for a blank line or a comment."""
 
     number: int
     text: str
@@ -47,7 +47,7 @@ class Line(NamedTuple):
 
 
 class Named(NamedTuple):
-    """Rows of a table whose columns have names: place, if there is one, and all cells by the names."""
+    """Row of a table whose columns have names: its place, if there is one, and all cells by the names."""
 
     number: int
     place: tuple[float, float] | None
@@ -55,7 +55,7 @@ class Named(NamedTuple):
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Floats:
-    """The numbers (n, k) of a table with one column for each of the ``names``; lines of words before are its header.
+    """The numbers (n, k) of a table with one column for each of the ``names``; lines of words before it are a header.
 
     FileError or CaseError with the line.
     """
@@ -76,7 +76,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
 def lines_of(content: str) -> Iterator[Line]:
     """The lines of a text, and an empty one at its end.
 
-    CaseError if a line starts as numbers do, but is none, or a column is empty; and as of `plain_line`.
+    CaseError if a line begins like a number but is not one, or if a column is empty; the same errors as `plain_line`.
     """
     for number, text in enumerate([*content.splitlines(), ""], start=1):
         words = SEPARATOR.split(plain_line(text, number))
@@ -92,9 +92,9 @@ def lines_of(content: str) -> Iterator[Line]:
 
 
 def plain_line(text: str, number: int) -> str:
-    """The line of this number without its comment and its quotes: what is quoted is one word, numbers have points.
+    """A line without its comment and its quotes: a text in quotes is one word, numbers have decimal points.
 
-    CaseError as of `_with_point`.
+    The same CaseError as `_with_point`.
     """
     if '"' in text:
         semicolons = ";" in QUOTED_OR_COMMENT.sub("", text)
@@ -111,7 +111,7 @@ def plain_line(text: str, number: int) -> str:
 
 
 def _with_point(cell: str, number: int) -> str:
-    """The cell of a line with a point for its decimal comma; CaseError if that may also part thousands."""
+    """A cell with a point in place of its decimal comma; CaseError if the comma may also separate thousands."""
     if not WITH_COMMA.fullmatch(cell):
         return cell
     if THOUSANDS.fullmatch(cell) or not DECIMAL_COMMA.fullmatch(cell):
@@ -123,14 +123,14 @@ def _with_point(cell: str, number: int) -> str:
 
 
 def numbers_in(words: list[str]) -> list[float] | None:
-    """The words as numbers; None if one is none."""
+    """The words as numbers; None if one is not a number."""
     if not all(NUMBER.fullmatch(word) for word in words):
         return None
     return list(map(number_of, words))
 
 
 def number_of(word: str) -> float:
-    """The value of a number, whose exponent may be written as by Fortran, 1.5D-03."""
+    """The value of a number, whose exponent may be written as in Fortran, 1.5D-03."""
     try:
         return float(word)
     except ValueError:
@@ -138,9 +138,9 @@ def number_of(word: str) -> float:
 
 
 def has_decimal_commas(content: str) -> bool:
-    """Whether the commas of a table are its decimal points: in each line of numbers between blanks alone.
+    """Whether the commas of a table are decimal points, since numbers are separated by blanks in each line.
 
-    CaseError as of `plain_line`.
+    The same CaseError as `plain_line`.
     """
     found = False
     for number, text in enumerate(content.splitlines(), start=1):
@@ -157,13 +157,15 @@ def has_decimal_commas(content: str) -> bool:
 
 
 def named_rows(content: str, fewest: int = 2) -> tuple[list[Named], str] | None:
-    """Rows of a table whose first line names columns for x and y, and the names of these; None if it does not.
+    """Rows of a table whose first line names columns for x and y, and a text with these names; None for other tables.
 
-    It does not either if it names fewer than ``fewest`` columns.
+    Tables with fewer than ``fewest`` names are other tables. A row has no place if it is blank or its x and y are nan.
 
-    A row has no place if it is blank or its x and y are no numbers (nan). CaseError with the line, and for three names
-    or more in a table with as many numbers in a row, of which none are known as x and y: the first may be a number of
-    the row.
+    Raises
+    ------
+    CaseError
+        With the line, if a row is invalid, or if there are three names or more of which none is known as x or y, in a
+        table with as many numbers in a row: the first may be the number of the row.
     """
     lines = content.splitlines()
     first = next((k for k, text in enumerate(lines) if COMMENT.sub("", text).strip()), 0)
@@ -195,7 +197,7 @@ def _plain_name(name: str) -> str:
 
 
 def _are_columns(names: Sequence[str], lines: Sequence[str], delimiter: str) -> bool:
-    """Whether the first of some lines with anything in it has as many numbers as there are names, which are none."""
+    """Whether the names are not numbers, and the first line that is not blank has as many numbers."""
     row = next((text for text in lines if COMMENT.sub("", text).strip()), "")
     cells = [cell.replace(",", ".") for cell in _cells(row, delimiter)]
     numbers = len(cells) == len(names) and numbers_in(cells) is not None

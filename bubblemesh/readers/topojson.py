@@ -1,4 +1,4 @@
-"""TopoJSON: geometries whose sides are shared arcs, turned into entries of GeoJSON."""
+"""TopoJSON: geometries whose sides are shared arcs, converted to entries of GeoJSON."""
 
 from collections.abc import Mapping
 from itertools import accumulate
@@ -14,7 +14,7 @@ DEPTHS = {"LineString": 0, "MultiLineString": 1, "Polygon": 1, "MultiPolygon": 2
 def entries_of(topology: Mapping[str, Any]) -> list[Any]:
     """The objects of a topology as features of GeoJSON, each with its object's name as its layer.
 
-    CaseError if it is not made as TopoJSON says.
+    CaseError if it is not valid TopoJSON.
     """
     try:
         arcs = [_unpacked(arc, topology.get("transform")) for arc in topology["arcs"]]
@@ -50,7 +50,7 @@ def _positions(thing: Any, arcs: list[Line]) -> int:
 
 
 def _unpacked(arc: Line, transform: Mapping[str, Any] | None) -> Line:
-    """Positions of an arc, which has steps of whole numbers where there is a transform."""
+    """Positions of an arc; with a transform it is given by steps in whole numbers."""
     if transform is None:
         return [[x, y] for x, y, *_ in arc]
     along = [accumulate(values) for values in zip(*((x, y) for x, y, *_ in arc), strict=True)]
@@ -80,7 +80,7 @@ def _geometry(thing: Mapping[str, Any], arcs: list[Line], transform: Mapping[str
 
 
 def _lines(numbers: Any, depth: int, arcs: list[Line]) -> Any:
-    """Lines, or nested lists of them, along arcs by their numbers: k, or ~k for one run backwards."""
+    """Lines, or nested lists of them, along arcs by their numbers: k, or ~k for the reversed arc."""
     if depth > 0:
         return [_lines(some, depth - 1, arcs) for some in numbers]
     line: Line = []

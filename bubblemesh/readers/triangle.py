@@ -51,7 +51,7 @@ def _next(rows: Iterator[Row], columns: int, what: str) -> Row:
 
 
 def _head(rows: Iterator[Row], what: str) -> tuple[int, list[int]]:
-    """Number of rows that follow in a section, and the further numbers of the line that says so."""
+    """Number of rows in a section, and the further numbers in its first line."""
     line, numbers = _next(rows, 1, what)
     for number in numbers:
         if not (number >= 0 and number.is_integer()):
@@ -66,11 +66,14 @@ def _section(rows: Iterator[Row], count: int, what: str) -> Iterator[Row]:
 
 
 def read_poly(path: Path) -> FeatureCollection:
-    """The segments of a ``.poly`` file: those around the domain, and inner ones and its regions as spare features.
+    """The segments of a ``.poly`` file: those around the domain, and inner segments and regions as spare features.
 
-    The domain is what segments enclose, without the parts in which hole points are. A boundary marker other than 0
-    becomes the label of its segment. A region, the part in which its point is, has its regional ``attribute`` and its
-    largest ``area`` as properties. Vertices that the file leaves out are read from the ``.node`` file beside it.
+    - The domain is the area that segments enclose, without parts that contain hole points.
+    - A boundary marker other than 0 becomes the label of its segment.
+    - A region is the part that contains its point; its properties are the regional ``attribute`` and the largest
+      ``area`` of triangles.
+    - Vertices that the file leaves out are read from the ``.node`` file beside it.
+
     FileError or CaseError with the line.
     """
     rows = _rows(path)
@@ -142,7 +145,7 @@ def _optional_section(rows: Iterator[Row], what: str) -> Iterator[Row]:
 
 
 def _region(number: int, row: list[float], parts: Sequence[shapely.Polygon]) -> Feature:
-    """The part of the domain in which the point of a region is; an empty feature where there is none."""
+    """The part of the domain that contains the point of a region; an empty feature if there is none."""
     name, (x, y) = f"region {text_of_number(row[0])}", row[1:3]
     properties = {"kind": "region", "number": number} | dict(zip(("attribute", "area"), row[3:], strict=False))
     around = next((part for part in parts if shapely.contains_xy(part, x, y)), None)

@@ -1,6 +1,6 @@
 """Grids of numbers with places: NetCDF, GeoTIFF, ESRI's ASCII grids (.asc), and regular lists of x, y, z (.xyz).
 
-Only the part around a domain is read, and of more pixels than are needed each second, third or so in each direction.
+Only the part around a domain is read; if it has too many pixels, only each second, third and so on in each direction.
 """
 
 import math
@@ -21,9 +21,9 @@ from bubblemesh.readers.grids.netcdf import Variable, netcdf
 from bubblemesh.readers.selection import one_of
 from bubblemesh.readers.tables import read_columns
 
-MOST_PIXELS = 4_000_000  # that are kept of a grid
+MOST_PIXELS = 4_000_000  # kept of a grid
 AROUND = 2  # pixels beyond the box
-ACROSS = ("x", "lon", "easting")  # beginnings of names of the dimension from west to east
+ACROSS = ("x", "lon", "easting")  # beginnings of names of dimensions from west to east
 TURN = 360.0  # degrees
 ROUNDING = 1e-6  # of a step
 
@@ -31,20 +31,20 @@ Box = tuple[float, float, float, float]
 
 
 class Grid(NamedTuple):
-    """Values with the coordinates of their columns and rows; NaN where there is none."""
+    """Values with the coordinates of their columns and rows; NaN for missing values."""
 
     name: str
     x: Floats  # (c,)
     y: Floats  # (r,)
     values: Floats  # (r, c)
-    step: int = 1  # of so many pixels in each direction one was read
+    step: int = 1  # one of so many pixels in each direction was read
 
 
 def read_grid(path: Path, name: str | None, box: Box | None) -> Grid:
     """The grid ``name`` of a file, or the only one, around a box (x0, y0, x1, y1), or all of it.
 
-    FileError if the file cannot be read; CaseError if the name is needed or unknown, if it is no grid, or if nothing of
-    it is in the box.
+    FileError if the file cannot be read; CaseError if a name is needed, or is unknown or not that of a grid, or if
+    nothing of the grid is in the box.
     """
     found = GRIDS[path.suffix.lower()](path, name, box)
     if found.values.size == 0 or found.values.shape != (len(found.y), len(found.x)):
@@ -53,7 +53,7 @@ def read_grid(path: Path, name: str | None, box: Box | None) -> Grid:
 
 
 def system_of(path: Path) -> str | None:
-    """The coordinate reference system of a grid as well-known text, if the file tells; FileError as of `read_grid`."""
+    """The coordinate reference system of a grid as well-known text, if the file has it; FileError as in `read_grid`."""
     if path.suffix.lower() not in GEOTIFF:
         return None
     with _geotiff(path) as data:
@@ -66,9 +66,9 @@ def is_grid(path: Path) -> bool:
 
 
 def completed(values: Floats) -> tuple[Floats, float]:
-    """The values (r, c), where there is none that of the nearest pixel, and the share of those.
+    """The values (r, c), with missing ones replaced by that of the nearest pixel, and the share of missing ones.
 
-    CaseError if there is none at all.
+    CaseError if all are missing.
     """
     missing = ~np.isfinite(values)
     share = float(missing.mean())
@@ -83,16 +83,16 @@ def completed(values: Floats) -> tuple[Floats, float]:
 
 
 class _Window(NamedTuple):
-    """Rows or columns of a grid: runs of them, and the coordinates of all."""
+    """Rows or columns to read from a grid, as runs, and the coordinates of all of them."""
 
     runs: list[slice]
     at: Floats
 
 
 def _windows(x: Floats, y: Floats, box: Box | None, averaged: bool = False) -> tuple[_Window, _Window, int]:
-    """Windows of the columns and rows around a box, and of how many pixels in each direction one is kept.
+    """Windows of the columns and rows around a box, and the step: one of so many pixels in each direction is kept.
 
-    They have only those that are kept, unless these are to be means of all. CaseError if there is none of them.
+    The windows have the kept ones only, unless means are ``averaged`` over all. CaseError if a window is empty.
     """
     x0, y0, x1, y1 = (-np.inf, -np.inf, np.inf, np.inf) if box is None else box
     for what, at in (("x", x), ("y", y)):
@@ -107,10 +107,7 @@ def _windows(x: Floats, y: Floats, box: Box | None, averaged: bool = False) -> t
 
 
 def _window(at: Floats, low: float, high: float, step: int, what: str) -> _Window:
-    """Window of the coordinates (n,) that are between two, with some more on both sides.
-
-    CaseError if there is none of them.
-    """
+    """Window of the coordinates (n,) between two values, with some more on both sides; CaseError if it is empty."""
     order = np.argsort(at, kind="stable")
     first, last = np.searchsorted(at[order], [low, high]).tolist()
     if first == len(at) or last == 0:
@@ -121,7 +118,7 @@ def _window(at: Floats, low: float, high: float, step: int, what: str) -> _Windo
 
 
 def _turned(at: Floats, low: float, high: float) -> Floats:
-    """Longitudes (n,) with as many turns as bring them next to the domain, if more of them are in it then."""
+    """Longitudes (n,) plus the turns that bring them next to the domain, if more of them are inside then."""
     if not np.isfinite([low, high]).all() or np.abs([at.min(), at.max(), low, high]).max() > TURN:
         return at
     turned = at + TURN * np.round(((low + high) / 2 - at) / TURN)
@@ -130,7 +127,7 @@ def _turned(at: Floats, low: float, high: float) -> Floats:
 
 
 def _runs(chosen: Integers) -> list[slice]:
-    """Slices that give numbers in their order, where these go on by equal steps."""
+    """Slices that yield the numbers in their order, one for each stretch with equal steps."""
     steps = np.diff(chosen)
     usual = int(np.bincount(steps - steps.min()).argmax() + steps.min()) if len(steps) else 1
     parts = np.split(chosen, np.flatnonzero(steps != usual) + 1)
@@ -143,6 +140,7 @@ def _slice(first: int, last: int, step: int) -> slice:
 
 
 def _read_netcdf(path: Path, name: str | None, box: Box | None) -> Grid:
+    """Grid of a NetCDF file, with the arguments and errors of `read_grid`."""
     with netcdf(path) as variables:
         known = [key for key, each in variables.items() if len(each.shape) >= 2 and each.kind in "iuf"]
         chosen = one_of(known, name, "grid")
@@ -154,7 +152,7 @@ def _read_netcdf(path: Path, name: str | None, box: Box | None) -> Grid:
         before = [slice(-1, None)] * (len(variable.shape) - 2)  # the last time, and the first levels
 
         def part(row: slice, column: slice) -> Floats:
-            # Steps are taken of what is read, since backward ones are not read so.
+            # Steps are applied after reading, since files cannot be read backwards.
             window = [column, row] if turned else [row, column]
             ahead = [_ahead(each, n) for each, n in zip(window, variable.shape[-2:], strict=True)]
             found = variable.numbers(*before, *(each for each, _ in ahead)).reshape(
@@ -167,7 +165,7 @@ def _read_netcdf(path: Path, name: str | None, box: Box | None) -> Grid:
 
 
 def _ahead(run: slice, size: int) -> tuple[slice, int]:
-    """Run of the same numbers ascending, and the step, 1 or -1, by which they come in their order."""
+    """Ascending run of the same numbers, and the step, 1 or -1, that restores their order."""
     numbers = range(*run.indices(size))
     if numbers.step > 0:
         return run, 1
@@ -185,7 +183,7 @@ def _coordinates(variables: Mapping[str, Variable], name: str, dimension: str) -
 
 @contextmanager
 def _geotiff(path: Path) -> Iterator[Any]:
-    """The open file; FileError if it cannot be read, also for any error of the library within the block."""
+    """The open file; FileError if it cannot be read, and for any error of the library within the block."""
     try:
         import rasterio
     except ModuleNotFoundError:
@@ -206,6 +204,7 @@ def _geotiff(path: Path) -> Iterator[Any]:
 
 
 def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
+    """Grid of a GeoTIFF, with the arguments and errors of `read_grid`."""
     with _geotiff(path) as data:
         from rasterio.enums import Resampling
         from rasterio.windows import Window
@@ -226,7 +225,7 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
         window = Window(left, low, width, height)
         found = data.read(band, window=window, out_shape=shape, masked=True, resampling=Resampling.average)
         values = np.ma.filled(found.astype(float), np.nan) * data.scales[band - 1] + data.offsets[band - 1]
-        # Of several pixels the mean is in their middle.
+        # The mean of several pixels is placed in their middle.
         x = np.interp(_middles(width, shape[1]), np.arange(width), np.sort(columns.at))
         y = np.interp(_middles(height, shape[0]), np.arange(height), np.sort(rows.at))
         x, y = (each if positive else each[::-1] for each, positive in ((x, across.a > 0), (y, across.e > 0)))
@@ -234,10 +233,10 @@ def _read_geotiff(path: Path, name: str | None, box: Box | None) -> Grid:
 
 
 def _band(data: Any, name: str | None, stem: str) -> tuple[int, str]:
-    """Number of a GeoTIFF's band, and what to call it: the only one by any name, or the one that is asked for.
+    """Number and name of a GeoTIFF's band: the only band, whatever the name, or the one that is asked for.
 
-    All are known by their numbers (band_2), which expressions can name, and by names that they may have. Masks (alpha)
-    do not count. CaseError if the name is needed or unknown, or the values are no real numbers.
+    Bands are known by their numbers (band_2), as expressions need them, and by their own names. Masks (alpha) are left
+    out. CaseError if a name is needed or unknown, or the values are not real numbers.
     """
     numbered = {f"band_{number}": number for number in data.indexes}
     told = [
@@ -266,15 +265,16 @@ def _extent(run: slice, size: int) -> tuple[int, int]:
 
 
 def _middles(size: int, count: int) -> Floats:
-    """Middles (count,) of as many equal parts of so many pixels, as numbers of pixels."""
+    """Middles (count,) of equal parts of ``size`` pixels, in pixels."""
     return (np.arange(count) + 0.5) * size / count - 0.5
 
 
 HEADER = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
-NO_DATA = -9999.0  # where the header does not tell, as Esri says
+NO_DATA = -9999.0  # Esri's default, if the header gives no other value
 
 
 def _read_ascii(path: Path, name: str | None, box: Box | None) -> Grid:
+    """Grid of an ESRI ASCII file, with the arguments and errors of `read_grid`."""
     content = read_bytes(path)
     head: dict[str, float] = {}
     place = 0

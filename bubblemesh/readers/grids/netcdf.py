@@ -1,4 +1,4 @@
-"""NetCDF files: the classic formats, of which windows are read, and version 4, which is HDF5.
+"""NetCDF files: the classic formats, and version 4, which is HDF5. Windows of arrays can be read.
 
 References
 ----------
@@ -25,7 +25,7 @@ CLASSIC, HDF = b"CDF", b"\x89HDF\r\n\x1a\n"
 TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8", 7: "u1", 8: ">u2", 9: ">u4", 10: ">i8", 11: ">u8"}
 DIMENSION, VARIABLE, ATTRIBUTE = 10, 11, 12
 MOST_NAMES = 100_000  # in a header
-MOST_VALUES = 25_000_000  # that are read at once
+MOST_VALUES = 25_000_000  # read at once
 
 Window = tuple[slice, ...]
 
@@ -36,7 +36,7 @@ class Variable:
 
     dimensions: tuple[str, ...]
     shape: tuple[int, ...]
-    kind: str  # of the values, as of NumPy's types
+    kind: str  # NumPy's type of the values
     attributes: Mapping[str, Any]
     part: Callable[[Window], NDArray[Any]]
 
@@ -49,25 +49,25 @@ class Variable:
         return self.part(whole)
 
     def numbers(self, *window: slice) -> NDArray[np.float64]:
-        """The values as real numbers: with scale and offset as the attributes tell, NaN where there is none."""
+        """The values as real numbers, with the scale and offset in the attributes applied; NaN for missing ones."""
         raw = self(*window)
         values = raw.astype(float)
         for name in ("_FillValue", "missing_value"):
             if name in self.attributes:
                 values[np.isin(raw, np.atleast_1d(self.attributes[name]))] = np.nan
-        values[np.abs(values) >= 9.9e36] = np.nan  # what the libraries fill with
+        values[np.abs(values) >= 9.9e36] = np.nan  # the libraries' default for missing values
         scale, offset = (float(self.attributes.get(key, x)) for key, x in (("scale_factor", 1), ("add_offset", 0)))
         return values * scale + offset
 
     def text(self, name: str) -> str:
-        """An attribute that is a text, or an empty one."""
+        """The text of an attribute; empty if it is missing or not a text."""
         value = self.attributes.get(name, "")
         return value if isinstance(value, str) else ""
 
 
 @contextmanager
 def netcdf(path: Path) -> Iterator[dict[str, Variable]]:
-    """Variables of a file by their names, as long as the block goes on; FileError if it is none or is damaged."""
+    """Variables of a file by their names, to be used within the block; FileError if it is not NetCDF or damaged."""
     with opened(path, limited=False) as stream:
         start = stream.peek(8)[:8]
         if not start.startswith(CLASSIC) and start != HDF:
@@ -84,7 +84,7 @@ def netcdf(path: Path) -> Iterator[dict[str, Variable]]:
 @contextmanager
 def _hdf(stream: BufferedReader) -> Iterator[dict[str, Variable]]:
     """Variables of the root group of a file of version 4."""
-    import h5py  # which a case without such files should not wait for
+    import h5py  # here, so that cases without such files do not wait for it
 
     with h5py.File(stream, "r") as file:
         links = {name: file.get(name, getlink=True) for name in file}
@@ -110,21 +110,21 @@ HIDDEN = ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME", "_Netcdf4Dimid", 
 
 
 def _plain(value: Any) -> Any:
-    """A text, a number or an array of numbers."""
+    """The value of an attribute as a text, a number or an array of numbers."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.ravel()[0]
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
 
 
 class _Header:
-    """Numbers and names of a header, one after the other."""
+    """Reader of the numbers and names in a header, one after the other."""
 
     def __init__(self, content: mmap.mmap, wide: bool) -> None:
         self.content, self.place = content, 4
         self.count_type = ">i8" if wide else ">i4"
 
     def values(self, kind: str, count: int) -> NDArray[Any]:
-        """So many values; they end at a multiple of four bytes."""
+        """The next ``count`` values; they are padded to a multiple of four bytes."""
         size = count * np.dtype(kind).itemsize
         if count < 0 or self.place + size > len(self.content):
             raise ValueError("its header ends too early")
@@ -142,7 +142,10 @@ class _Header:
         return self.values("S1", self.count()).tobytes().decode("utf-8", "replace")
 
     def entries(self, tag: int) -> range:
-        """As many as a list has, whose tag comes first."""
+        """The indices of the entries of a list of the header (dimensions, attributes or variables).
+
+        Its tag comes first; ValueError if that is another one.
+        """
         found, count = self.number(), self.count()
         if found not in (0, tag) or not 0 <= count <= MOST_NAMES:
             raise ValueError("a list of its header is none")
@@ -159,7 +162,7 @@ class _Header:
 
 
 class _Placed(NamedTuple):
-    """Where the values of a variable are."""
+    """Position of the values of a variable in the file."""
 
     dimensions: list[int]
     attributes: dict[str, Any]
@@ -174,6 +177,7 @@ def _classic(stream: BufferedReader) -> Iterator[dict[str, Variable]]:
 
 
 def _classic_variables(content: mmap.mmap) -> dict[str, Variable]:
+    """Variables of a file in a classic format, by its header."""
     version = content[3]
     header = _Header(content, wide=version == 5)
     records = header.count()
@@ -184,7 +188,7 @@ def _classic_variables(content: mmap.mmap) -> dict[str, Variable]:
         name = header.name()
         numbers = header.values(header.count_type, header.count()).tolist()
         attributes, kind = header.attributes(), TYPES[header.number()]
-        header.count()  # its size, which the others tell too
+        header.count()  # its size, which is not needed
         placed[name] = _Placed(numbers, attributes, kind, header.number(">i4" if version == 1 else ">i8"))
     sizes = [size for _, size in dimensions]
     recorded = {name for name, each in placed.items() if each.dimensions and sizes[each.dimensions[0]] == 0}
@@ -206,20 +210,20 @@ def _classic_variables(content: mmap.mmap) -> dict[str, Variable]:
 
 
 def _bytes(each: _Placed, sizes: list[int], *, padded: bool) -> int:
-    """Bytes of a variable, of one record if it has such."""
+    """Size of a variable in bytes; that of one record if it has records."""
     size = math.prod(sizes[k] or 1 for k in each.dimensions) * np.dtype(each.kind).itemsize
     return -(-size // 4) * 4 if padded else size
 
 
 def _part_of(content: mmap.mmap, each: _Placed, shape: list[int], step: int | None) -> Callable[[Window], NDArray[Any]]:
-    """Reader of a window of a variable, with so many bytes from record to record."""
+    """Function that reads a window of a variable; ``step`` is the number of bytes from record to record."""
     dtype = np.dtype(each.kind)
     strides = [dtype.itemsize * math.prod(shape[k + 1 :]) for k in range(len(shape))]
     if step is not None:
         strides[0] = step
 
     def part(window: Window) -> NDArray[Any]:
-        # The view is gone with the copy: the file cannot be closed before.
+        # A copy, since the file cannot be closed while there is a view of it.
         return np.ndarray(tuple(shape), dtype, content, each.begin, tuple(strides))[window].copy()
 
     return part

@@ -1,7 +1,7 @@
 """Rasters: arrays in NumPy's files, of which .npy holds one and .npz several by name, and pictures as grey values.
 
-A small file can unpack to a large one: what it says of its size is checked before anything is unpacked, and no more
-than that is.
+A small file can be unpacked to a large one: the size that it gives is checked before anything is unpacked, and no more
+than that is unpacked.
 """
 
 import math
@@ -21,20 +21,20 @@ from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.selection import one_of
 
 COORDINATES = ("x", "y")
-NUMBERS = "iuf"  # kinds of arrays
+NUMBERS = "iuf"  # NumPy's kinds of arrays with real numbers
 MOST_VALUES = 25_000_000  # of an array, and pixels of a picture
 ZIP = b"PK"
 HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 DEEP = 65535.0  # white in pictures of 16 bits
 PLAIN = ("1", "L", "LA", "La", "P", "PA", "RGB", "RGBA", "RGBX", "RGBa", "CMYK", "YCbCr", "LAB", "HSV")
-# Other readers of Pillow start programs, are seldom used, or take as much memory as a file wants.
+# Other readers of Pillow start programs, are seldom used, or use as much memory as a file asks for.
 PICTURES = ("PNG", "JPEG", "TIFF", "BMP", "GIF", "WEBP", "JPEG2000", "PPM", "PCX", "SGI", "SUN", "TGA")
 TILE_SIZES = (322, 323)  # tags of a TIFF
 BAND = 1_000_000  # pixels that are converted at a time
 
 
 class Gridded(NamedTuple):
-    """An array with its name, and the coordinates of its columns and rows where the file has them."""
+    """An array with its name, and the coordinates of its columns and rows if the file has them."""
 
     name: str
     values: Floats
@@ -43,10 +43,10 @@ class Gridded(NamedTuple):
 
 
 def read_gridded(path: Path, name: str | None) -> Gridded:
-    """The array ``name`` of a file, or the only one of it beside the coordinates ``x`` and ``y``.
+    """The array ``name`` of a file, or its only one, apart from the coordinates ``x`` and ``y``.
 
-    FileError if the file cannot be read; LimitError if an array is too large; CaseError if the name is needed, unknown,
-    or one of an array that does not hold real numbers.
+    FileError if the file cannot be read; LimitError if an array is too large; CaseError if a name is needed or unknown,
+    or the array does not hold real numbers.
     """
     with opened(path) as stream:
         if not stream.peek(len(ZIP)).startswith(ZIP):
@@ -66,13 +66,13 @@ def read_gridded(path: Path, name: str | None) -> Gridded:
 
 
 def _named(arrays: list[str], name: str | None) -> str:
-    """The name of one of the arrays of a file: the given one, or that of the only one beside coordinates."""
+    """The name of one of the arrays of a file: the given one, or that of the only one apart from coordinates."""
     return name if name in arrays else one_of([key for key in arrays if key not in COORDINATES], name, "array")
 
 
 @contextmanager
 def _damage_told() -> Iterator[None]:
-    """Any error of a library is a FileError."""
+    """Within the block, turn any error of a library into a FileError."""
     try:
         yield
     except BubblemeshError:
@@ -82,9 +82,9 @@ def _damage_told() -> Iterator[None]:
 
 
 def _array(stream: IO[bytes], name: str) -> Floats:
-    """The array that a stream holds, of which no more is read than its header tells.
+    """The array in a stream, of which no more is read than its header says.
 
-    LimitError if that is too large, CaseError if the array is not one of real numbers, FileError if it is damaged.
+    LimitError if the array is too large, CaseError if it does not hold real numbers, FileError if it is damaged.
     """
     with _damage_told():
         shape, by_columns, dtype = HEADERS[np.lib.format.read_magic(stream)](stream)
@@ -102,8 +102,8 @@ def _array(stream: IO[bytes], name: str) -> Floats:
 def read_grey(path: Path) -> Floats:
     """Grey values (rows, columns) from 0, black, to 1, white, the first row on top.
 
-    Colours count by their brightness; what is transparent is white. FileError if the file cannot be read, LimitError if
-    it has too many pixels, CaseError if these are neither grey values nor colours.
+    Colours become their brightness, transparent pixels white. FileError if the file cannot be read, LimitError if it
+    has too many pixels, CaseError if these are neither grey values nor colours.
     """
     # Imported here since most cases have no pictures.
     from PIL import Image, UnidentifiedImageError

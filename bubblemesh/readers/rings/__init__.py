@@ -1,1 +1,1 @@
-"""Rings of curves: how those of a file are joined, which are left out, and what is advised where they stay open."""
+"""Rings of curves: joining the curves of a file, leaving some out, and advice if they stay open."""

@@ -1,4 +1,4 @@
-"""Advice on curves that do not close: keys that make rings of them, tried before they are named."""
+"""Advice on curves that do not close: keys that make rings of them, each tried before it is advised."""
 
 import json
 import re
@@ -11,9 +11,9 @@ from bubblemesh.messages import counted, just_above, shown
 from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, vertices_of
 from bubblemesh.readers.rings.joining import Joining, extent, meeting, to_next
 
-SMALL = 0.05  # of the drawing's size: wider gaps are no slips
+SMALL = 0.05  # of the drawing's size: wider gaps are not slips of the pen
 MOST_LAYERS = 10  # that one message lists
-# A name that YAML reads as it stands, without quotes.
+# A name that needs no quotes in YAML.
 PLAIN = re.compile(r"(?!(true|false|yes|no|on|off|null|nan|inf|[yn])$)[^\W\d_][\w-]*( [\w-]+)*", re.IGNORECASE)
 
 
@@ -21,36 +21,46 @@ class Outcome(NamedTuple):
     """Outcome of joining some features."""
 
     rings: int
-    areas: int  # separate ones
-    sound: bool  # whether no rings of the largest area cross
+    areas: int  # number of separate areas
+    sound: bool  # whether the rings of the largest area do not cross
 
     @property
     def more(self) -> str:
-        """The keys that it takes beside, to have one area."""
+        """The further keys that are needed to have one area."""
         part, repair = " and part: largest" * (self.areas > 1), " and repair: true" * (not self.sound)
         return f"{part}{repair}"
 
     @property
     def rank(self) -> int:
-        """Number of the keys that it takes beside."""
+        """Number of these further keys."""
         return (self.areas > 1) + (not self.sound)
 
 
-Trial = Callable[[Sequence[Feature], Joining], Outcome | None]  # what features give, None if they do not close
+Trial = Callable[[Sequence[Feature], Joining], Outcome | None]  # outcome of features, None if they do not close
 
 
 class _Way(NamedTuple):
-    """Advice, and how many keys it takes beside the one that it is on."""
+    """Advice on a key, and the number of further keys that it needs."""
 
     text: str
     rank: int
 
 
 def ways_out(used: Sequence[Feature], features: Sequence[Feature], joining: Joining, trial: Trial, whole: bool) -> str:
-    """Advice on the ``used`` features, whose curves do not close by a ``joining``: keys that help, as a trial tells.
+    """Advice on features whose curves do not close, with the advice that needs the fewest keys first.
 
-    Of all features, the layers that close by themselves are named, or else the features, if the ``whole`` of the file
-    or its layers is there, so that they can be chosen by number. What takes the fewest keys comes first.
+    Parameters
+    ----------
+    used
+        The features whose curves do not close.
+    features
+        All features, of which layers, or else single features, that close by themselves are named.
+    joining
+        The rules by which they were joined.
+    trial
+        Function that shows whether features close by other rules.
+    whole
+        Whether these are all features of the file or of its layers, so that features can be chosen by number.
     """
     ways = _other_joinings(used, joining, trial)
     closing = _layers_that_close(features, joining, trial)
@@ -66,7 +76,7 @@ def ways_out(used: Sequence[Feature], features: Sequence[Feature], joining: Join
 
 
 def _other_joinings(used: Sequence[Feature], joining: Joining, trial: Trial) -> list[_Way]:
-    """Keys by which the features close."""
+    """Advice on keys of joining with which the features close."""
     width = _gap_to_close([curve for one in used for curve in one.curves], joining)
     ways = list[_Way]()
     join = None if width is None else joining._replace(reach=float(width))
@@ -90,7 +100,7 @@ def _left(found: Outcome) -> str:
 
 
 def _gap_to_close(curves: Sequence[CompoundCurve], joining: Joining) -> str | None:
-    """A length above the gaps between loose ends that are narrow beside the drawing and beside other gaps."""
+    """A length just above the narrow gaps between loose ends, compared with the drawing and other gaps; else None."""
     open_ = [curve for curve in curves if curve.start != curve.end]
     if not open_:
         return None
@@ -108,9 +118,9 @@ def _gap_to_close(curves: Sequence[CompoundCurve], joining: Joining) -> str | No
 
 
 def _layers_that_close(features: Sequence[Feature], joining: Joining, trial: Trial) -> _Way | None:
-    """Advice that names the layers which bound areas by themselves, where there are several layers.
+    """Advice that names the layers which bound areas by themselves, if there are several layers.
 
-    Those that bound one area together are advised, the outermost ones left out where it takes that.
+    It names layers that bound one area together, if necessary without the outermost ones.
     """
     layers: dict[str, list[Feature]] = {}
     for one in features:

@@ -1,4 +1,4 @@
-"""Curves that a file gives twice, as drawings often do: one of them counts."""
+"""Curves that are twice in a file, as often in drawings: one of them is dropped."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ SAME = 1e-9  # of the drawing's size: points that differ by rounding
 
 
 def without_copies(curves: Sequence[CompoundCurve]) -> tuple[list[CompoundCurve], Slips]:
-    """The curves without those that run along an earlier one, in either direction, and the number of these."""
+    """The curves without copies of earlier ones, in either direction, and the number of copies."""
     if len(curves) < 2:
         return list(curves), Slips()
     stops = np.array([point for curve in curves for point in (curve.start, *map(end_of, curve.pieces))], float)
@@ -32,7 +32,7 @@ def without_copies(curves: Sequence[CompoundCurve]) -> tuple[list[CompoundCurve]
 
 
 def without_same_circles(rings: Sequence[Ring]) -> tuple[list[Ring], Slips]:
-    """The rings without whole circles and ellipses that are the same as an earlier one, and the number of these."""
+    """The rings without copies of earlier whole circles and ellipses, and the number of copies."""
     forms = {k: form for k, ring in enumerate(rings) if (form := _form(ring)) is not None}
     if len(forms) < 2:
         return list(rings), Slips()
@@ -54,10 +54,10 @@ def without_same_circles(rings: Sequence[Ring]) -> tuple[list[Ring], Slips]:
 
 
 def _form(ring: Ring) -> Floats | None:
-    """Numbers (5,), all lengths, that whole circles and ellipses share if they are the same; None for other rings.
+    """Numbers (5,), all lengths, that are equal for equal circles and ellipses; None for other rings.
 
-    They are the centre and the symmetric matrix R diag(a, b) R^T of the semi-axes, which takes the unit circle to the
-    ellipse, whichever of its axes is given first.
+    They are the centre and the symmetric matrix R diag(a, b) R^T of the semi-axes, which maps the unit circle to the
+    ellipse and does not depend on the axis that is given first.
     """
     match ring.sides[0].curve:
         case Arc(center, radius) if not ring.vertices:
@@ -71,7 +71,7 @@ def _form(ring: Ring) -> Floats | None:
 
 
 def _key(curve: CompoundCurve, tolerance: float) -> tuple[int, ...]:
-    """Features that copies have in common: the number of pieces, and both ends to a few digits."""
+    """Key that copies have in common: the number of pieces, and both ends to a few digits."""
     grid = 1000 * tolerance or 1.0
     ends = sorted((round(x / grid), round(y / grid)) for x, y in (curve.start, curve.end))
     return len(curve.pieces), *ends[0], *ends[1]
@@ -92,12 +92,13 @@ def _near(one: Floats, other: Floats, tolerance: float) -> bool:
 
 
 def _shape(curve: CompoundCurve) -> tuple[Floats, list[Floats]]:
-    """Ends (k + 1, 2) of the pieces of a curve, and points (m, 2) by which pieces between the same ends differ."""
+    """Ends (k + 1, 2) of the pieces of a curve, and points of each piece that show its course between the ends."""
     stops = np.array([curve.start, *map(end_of, curve.pieces)], float)
     return stops, [_middle(start, piece) for start, piece in zip(stops[:-1], curve.pieces, strict=True)]
 
 
 def _middle(start: Floats, piece: Piece) -> Floats:
+    """Points of a piece that show its course between its ends."""
     match piece:
         case LineTo():
             return np.zeros((0, 2))
@@ -106,7 +107,7 @@ def _middle(start: Floats, piece: Piece) -> Floats:
         case SplineTo():
             return np.array([*piece.through[:-1]], float).reshape(-1, 2)
         case ArcTo():
-            # The middle of an arc tells its centre and on which side it lies.
+            # The middle of an arc determines its centre and the side on which it lies.
             center, half = np.array(piece.center), (np.array(piece.to) - start) / 2
             radius = np.hypot(*(start - center))
             x, y = half if piece.left else -half

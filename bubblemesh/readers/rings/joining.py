@@ -20,7 +20,7 @@ from bubblemesh.readers.rings.duplicates import without_copies
 from bubblemesh.readers.rings.open_curves import on_rings
 from bubblemesh.readers.slips import Slips, clean_loop
 
-JOIN = 1e-9  # of the drawing's size: ends that differ by rounding meet
+JOIN = 1e-9  # of the drawing's size: ends that differ only by rounding meet
 MOST_NAMED = 5
 
 
@@ -29,7 +29,7 @@ class Joining(NamedTuple):
 
     reach: float | None = None  # ends nearer to each other than this meet; by default those that differ by rounding
     skip: bool = False  # leave out curves that are part of no ring
-    mend: bool = False  # cut curves where they cross, and make rings of what they enclose, if they form none
+    mend: bool = False  # if curves form no rings, cut them where they cross, and make rings around what they enclose
 
 
 class Link(NamedTuple):
@@ -50,9 +50,9 @@ class Joined(NamedTuple):
 
 
 def rings_of_curves(curves: Sequence[CompoundCurve], joining: Joining) -> Joined:
-    """Rings of the curves; what is given twice counts once.
+    """Rings of the curves, without copies of curves.
 
-    Ends that are near enough meet in their common mean. GeometryError if an end meets no other one, or more than one.
+    Ends that are near enough meet at their mean. GeometryError if an end meets no other end, or several.
     """
     curves, slips = without_copies(curves)
     loops, notes = _closed(curves, joining)
@@ -62,7 +62,7 @@ def rings_of_curves(curves: Sequence[CompoundCurve], joining: Joining) -> Joined
 
 
 def _closed(curves: Sequence[CompoundCurve], joining: Joining) -> tuple[list[list[CompoundCurve]], list[str]]:
-    """Curves that close each other, and notes on gaps and on open curves."""
+    """Lists of curves that form a ring each, and notes on gaps and on open curves."""
     closed = [[curve] for curve in curves if curve.start == curve.end]
     curves = [curve for curve in curves if curve.start != curve.end]
     if not curves:
@@ -103,7 +103,7 @@ def _skipped(curves: Sequence[CompoundCurve]) -> list[str]:
 
 
 def extent(curves: Sequence[CompoundCurve]) -> float:
-    """The longer side of the box around all points that the curves are given by."""
+    """The longer side of the box around all points that define the curves."""
     points = [curve.start for curve in curves]
     for piece in (piece for curve in curves for piece in curve.pieces):
         points += piece.through if isinstance(piece, SplineTo) else [piece.to]
@@ -118,7 +118,7 @@ def _clustered(ends: Floats, reach: float) -> Integers:
 
 
 def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers) -> None:
-    """Every meeting place must have two ends."""
+    """Check that each meeting place has two ends."""
     count = np.bincount(node)[node]
     loose = np.flatnonzero(count == 1)
     if len(loose):
@@ -135,7 +135,7 @@ def _require_pairs(curves: Sequence[CompoundCurve], ends: Floats, node: Integers
 
 
 def _widest_gap(ends: Floats) -> str:
-    """Words on the widest gap between loose ends (n, 2)."""
+    """Text on the widest gap between loose ends (n, 2)."""
     if len(ends) == 1:
         return ""
     gap = to_next(ends)
@@ -152,7 +152,7 @@ def to_next(ends: Floats) -> Floats:
 
 
 def _loops(node: Integers) -> list[list[Link]]:
-    """Closed walks along curves (m, 2), given by the nodes at their ends."""
+    """Closed walks along curves that are given by the nodes (m, 2) at their ends."""
     at: dict[int, list[int]] = {}
     for curve, (begin, end) in enumerate(node.tolist()):
         at.setdefault(begin, []).append(curve)
@@ -175,7 +175,7 @@ def _loops(node: Integers) -> list[list[Link]]:
 
 
 def _moved(curve: CompoundCurve, link: Link, meet: Floats) -> CompoundCurve:
-    """The curve run as the link tells, with its ends at the meeting places."""
+    """The curve in the direction of the link, with its ends at the meeting places."""
     run = reversed_curve(curve) if link.backward else curve
     stops = [run.start, *(end_of(piece) for piece in run.pieces)]
     new = [as_point(meet[link.begin]), *stops[1:-1], as_point(meet[link.end])]
@@ -184,9 +184,10 @@ def _moved(curve: CompoundCurve, link: Link, meet: Floats) -> CompoundCurve:
 
 
 def _between(piece: Piece, start: Point, new_start: Point, new_end: Point) -> Piece:
-    """The piece from ``start`` with moved ends: an arc keeps its angle, a Bézier curve what it does at each end.
+    """The piece from ``start`` with moved ends.
 
-    A spline keeps its inner points. An arc whose ends meet is a circle, or no length if it is less than half of one.
+    An arc keeps its angle, a Bézier curve its directions at the ends, a spline its inner points. An arc whose ends meet
+    becomes a circle, or has no length if it is less than half of one.
     """
     if isinstance(piece, LineTo):
         return piece._replace(to=new_end)
@@ -197,7 +198,7 @@ def _between(piece: Piece, start: Point, new_start: Point, new_end: Point) -> Pi
     if isinstance(piece, BezierTo):
         first, second = _carried(piece.first, start, new_start), _carried(piece.second, piece.to, new_end)
         return piece._replace(to=new_end, first=first, second=second)
-    # Points as complex numbers: the similarity that takes the old chord to the new one takes the centre along.
+    # Points as complex numbers: the similarity that maps the old chord to the new one also maps the centre.
     p, q, c, a, b = (complex(*point) for point in (start, piece.to, piece.center, new_start, new_end))
     if a == b and p != q and (((q - c) * (p - c).conjugate()).imag > 0) == piece.left:
         return LineTo(new_end, piece.label)
@@ -206,12 +207,12 @@ def _between(piece: Piece, start: Point, new_start: Point, new_end: Point) -> Pi
 
 
 def _carried(point: Point, old: Point, new: Point) -> Point:
-    """The point moved as another one is."""
+    """The point, moved by the vector from ``old`` to ``new``."""
     return point[0] + new[0] - old[0], point[1] + new[1] - old[1]
 
 
 def reversed_curve(curve: CompoundCurve) -> CompoundCurve:
-    """The curve run the other way."""
+    """The curve in the other direction."""
     starts = [curve.start, *(end_of(piece) for piece in curve.pieces[:-1])]
     pieces: list[Piece] = []
     for start, piece in zip(reversed(starts), reversed(curve.pieces), strict=True):
@@ -227,7 +228,7 @@ def reversed_curve(curve: CompoundCurve) -> CompoundCurve:
 
 
 def _ring(curves: Sequence[CompoundCurve]) -> tuple[Ring | None, Slips]:
-    """The ring along curves that follow each other, if it has an area; arcs of one circle become the whole circle."""
+    """The ring along curves in order, None if it has no area; arcs of one circle become the whole circle."""
     first, *others = curves
     pieces = [piece for curve in curves for piece in curve.pieces]
     names = list(dict.fromkeys(curve.name for curve in curves))
@@ -243,7 +244,7 @@ def _ring(curves: Sequence[CompoundCurve]) -> tuple[Ring | None, Slips]:
 
 
 def _whole_circle(pieces: Sequence[Piece]) -> Ring | None:
-    """The circle that the pieces make up, if they are arcs of one and have one label."""
+    """The circle that the pieces form, if they are arcs of one circle and have one label; else None."""
     arcs = [piece for piece in pieces if isinstance(piece, ArcTo)]
     if len(arcs) < len(pieces) or len({(piece.left, piece.label) for piece in arcs}) > 1:
         return None

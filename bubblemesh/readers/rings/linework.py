@@ -1,4 +1,4 @@
-"""Rings of lines that do not close as they are: cut where they cross, drawn to what is near, loose ones left out."""
+"""Rings of lines that do not close: cut where they cross, extended to near lines, without loose ends."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,14 +20,14 @@ from bubblemesh.readers.features import CompoundCurve
 from bubblemesh.readers.rings.joining import Joined, Joining, rings_of_curves
 from bubblemesh.readers.slips import Slips
 
-MOST_LOOSE = 0.1  # of the length of all lines: loose ones that may be left out
-OVER = 1e-9  # of the gap: so far an end is drawn over what it is to meet
+MOST_LOOSE = 0.1  # of the length of all lines: so much may be left out as loose
+OVER = 1e-9  # of the gap: so far an end is extended beyond the line that it meets
 
 
 def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> Joined:
-    """Rings of the curves, and if they do not close, those around all that their polygonal copies enclose together.
+    """Rings of the curves; if they do not close, the rings around all areas that their polygonal copies enclose.
 
-    Ends that are near enough to another line are drawn to it. Of rings that are not connected it counts how they nest.
+    Ends that are near enough to another line are extended to it. Rings that are not connected may be nested.
     GeometryError if no area is enclosed, or much is left out.
     """
     try:
@@ -59,7 +59,7 @@ def _copy(curve: CompoundCurve) -> tuple[Floats, list[str | None]]:
     pieces = list(curve.pieces)
     if curve.end != curve.start:
         pieces.append(LineTo(curve.start))
-    if len(pieces) == 2 and all(isinstance(piece, LineTo) for piece in pieces):  # there and back is no ring
+    if len(pieces) == 2 and all(isinstance(piece, LineTo) for piece in pieces):  # there and back again is not a ring
         return np.array([curve.start, curve.end], float), [curve.pieces[0].label]
     ring = rings.path(curve.start, pieces)
     copy = PolygonalCopy.of(Boundary.of([ring]))
@@ -86,17 +86,17 @@ def _links(lines: Sequence[shapely.LineString], reach: float) -> list[shapely.Li
 
 
 def _connected(lines: Shapes) -> list[Shapes]:
-    """Groups of noded lines that hang together."""
+    """Groups of noded lines that are connected."""
     group = components(shapely.STRtree(lines).query(lines, predicate="intersects").T, len(lines))
     return [lines[group == number] for number in range(group.max() + 1)]
 
 
 def _around(lines: Shapes) -> list[Floats]:
-    """Rings (m, 2) around all that connected lines enclose together."""
+    """Rings (m, 2) around the area that connected lines enclose together."""
     x0, y0, x1, y1 = shapely.total_bounds(lines)
     thin = THIN * max(x1 - x0, y1 - y0)
     each = shapely.get_parts(shapely.polygonize(lines))
-    wide = shapely.area(each) > thin * shapely.length(each) / 2  # where lines lie on each other are slivers
+    wide = shapely.area(each) > thin * shapely.length(each) / 2  # there are slivers where lines lie on each other
     faces = shapely.union_all(each[wide])
     sparse = shapely.remove_repeated_points(faces, thin)
     whole = polygons_of(sparse if sparse.is_valid else faces)

@@ -1,4 +1,4 @@
-"""Curves of a drawing that are part of no ring: strokes, centre lines, dimension ticks, leftovers."""
+"""Curves of a drawing that are not part of any ring: strokes, centre lines, ticks of dimensions, leftovers."""
 
 from itertools import count
 
@@ -8,7 +8,7 @@ from bubblemesh.arrays import Booleans, Integers
 
 
 def on_rings(nodes: Integers) -> Booleans:
-    """Mask (m,) of the curves between ``nodes`` (m, 2) along which some closed walk runs that takes no curve twice.
+    """Mask (m,) of the curves between ``nodes`` (m, 2) that are part of a closed walk which uses no curve twice.
 
     The others are the bridges of the graph, loose ends among them; Tarjan, A note on finding the bridges of a graph,
     Information Processing Letters 2 (1974).
@@ -19,7 +19,7 @@ def on_rings(nodes: Integers) -> Booleans:
         at.setdefault(b, []).append((curve, a))
     numbers = count()
     number: dict[int, int] = {}
-    lowest: dict[int, int] = {}  # node that is reached from a node or beyond it, not going back on the way to it
+    lowest: dict[int, int] = {}  # earliest node reached from a node or beyond it, without the edge to it
     found = np.ones(len(nodes), bool)
     for root in at:
         if root in number:

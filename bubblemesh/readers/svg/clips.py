@@ -1,4 +1,4 @@
-"""Clips of an SVG drawing: what the shapes of a clipPath enclose."""
+"""Clips of an SVG drawing: the areas within the shapes of a clipPath."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +14,7 @@ from bubblemesh.readers.svg.fill import FLAT, area_of, filled
 
 
 class Stencil(NamedTuple):
-    """A shape of a clipPath: its curves, what they enclose by a rule, and what clips it in turn."""
+    """A shape of a clipPath: its curves, its fill rule, and its own clips."""
 
     curves: Sequence[CompoundCurve]
     rule: FillRule
@@ -46,5 +46,5 @@ def _areas(stencil: Stencil) -> list[Area]:
 
 
 def _closed(curve: CompoundCurve) -> CompoundCurve:
-    """The curve, closed straight where it is open."""
+    """The curve, closed by a straight line if it is open."""
     return curve if curve.start == curve.end else replace(curve, pieces=(*curve.pieces, LineTo(curve.start)))

@@ -1,4 +1,4 @@
-"""Curves of an SVG drawing's shapes: what is drawn without lifting the pen is one; y is turned to point up."""
+"""Curves of the shapes of an SVG drawing, one for each subpath; y is reversed to point up."""
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
@@ -15,7 +15,7 @@ from bubblemesh.readers.features import CompoundCurve, finite_points
 from bubblemesh.readers.sampling import Parametric, splines
 from bubblemesh.readers.svg.source import Element
 
-ROUND = 1e-9  # relative difference of an arc's radii that is rounding
+ROUND = 1e-9  # relative difference of an arc's radii that counts as rounding
 PIXELS = 96  # in an inch
 SHAPES = {
     "path": svgelements.Path,
@@ -31,7 +31,7 @@ Size = tuple[float, float]  # width and height of a drawing, that lengths in per
 
 
 def curves_of(element: Element, transform: str, size: Size, name: str, label: str | None) -> list[CompoundCurve]:
-    """The curves of a shape's subpaths, in the units of the drawing; ``name`` is what messages call them."""
+    """The curves of a shape's subpaths, in the units of the drawing; messages call them ``name``."""
     path = path_of(element, transform, size)
     subpaths = [_without_flat_arcs(subpath.segments(transformed=False)) for subpath in path.as_subpaths()]
     bent = [segment for segments in subpaths for segment in segments if _is_bent(segment)]
@@ -46,7 +46,7 @@ def curves_of(element: Element, transform: str, size: Size, name: str, label: st
 
 
 def path_of(element: Element, transform: str | svgelements.Matrix, size: Size) -> Any:
-    """The path of a shape under a transform, whose arcs know the axes of their ellipses."""
+    """The path of a shape under a transform; its arcs have the axes of their ellipses as radii."""
     sizes = {"width": "0", "height": "0"} if element.tag == "rect" else {}
     given = {key: value for key, value in element.attributes.items() if key != "style" and value != "auto"}
     matrix = _matrix(transform) if isinstance(transform, str) else transform
@@ -66,15 +66,15 @@ def path_of(element: Element, transform: str | svgelements.Matrix, size: Size) -
 
 @lru_cache(1000)
 def _matrix(transform: str) -> svgelements.Matrix:
-    """The matrix of a transform, which many shapes may share; whoever changes one takes a copy."""
+    """The matrix of a transform, which many shapes may share: change only a copy."""
     return svgelements.Matrix(transform)
 
 
 def _find_axes(arc: Any) -> None:
-    """Give an arc the semi-axes of its ellipse, of which a skew leaves two conjugate radii.
+    """Give an arc the semi-axes of its ellipse as radii: after a skew these are two conjugate radii only.
 
-    The radii u and v of points c + u cos t + v sin t are U S V^T by a singular value decomposition. Columns of U S
-    are the semi-axes, and V turns the parameter: the arc's sweep stays what it is.
+    The points are c + u cos t + v sin t. By a singular value decomposition, (u, v) = U S V^T: the columns of U S are
+    the semi-axes, and V rotates the parameter, so that the sweep of the arc is the same.
     """
     radii = np.array([[p.x - arc.center.x, p.y - arc.center.y] for p in (arc.prx, arc.pry)]).T
     lengths = np.hypot(*radii)
@@ -85,7 +85,7 @@ def _find_axes(arc: Any) -> None:
 
 
 def _without_flat_arcs(segments: Sequence[Any]) -> list[Any]:
-    """Segments with lines in place of arcs without a radius, and without arcs from a place to itself, as SVG says."""
+    """Segments with lines in place of arcs without a radius, and no arcs from a place to itself, as SVG prescribes."""
     found = []
     for segment in segments:
         if isinstance(segment, svgelements.Arc):
@@ -98,7 +98,7 @@ def _without_flat_arcs(segments: Sequence[Any]) -> list[Any]:
 
 
 def _bent(segments: Sequence[Any], name: str) -> Iterator[list[Piece]]:
-    """Pieces of each of some Bézier curves and parts of ellipses: themselves where they can be, else splines."""
+    """Pieces of each Bézier curve or part of an ellipse: exact ones where possible, else splines."""
     beziers = [k for k, segment in enumerate(segments) if not isinstance(segment, svgelements.Arc)]
     points = finite_points([_up(point) for k in beziers for point in _controls(segments[k])], name)
     start, first, second, end = (points[n::4] for n in range(4))
@@ -111,7 +111,7 @@ def _bent(segments: Sequence[Any], name: str) -> Iterator[list[Piece]]:
 
 
 def _controls(segment: Any) -> list[Any]:
-    """The four control points of a Bézier curve, of which a quadratic one has three."""
+    """The four control points of a Bézier curve; those of a quadratic one, which has three, are computed."""
     if isinstance(segment, svgelements.CubicBezier):
         return [segment.start, segment.control1, segment.control2, segment.end]
     start, control, end = segment.start, segment.control, segment.end
@@ -119,7 +119,7 @@ def _controls(segment: Any) -> list[Any]:
 
 
 def _pieces(segments: list[Any], bent: Iterator[list[Piece]], name: str) -> tuple[list[Piece], Point]:
-    """Pieces of a subpath, and its start; of segments that are neither straight nor round they are the next ones."""
+    """Pieces of a subpath, and its start; for segments that are neither straight nor circular, the next of ``bent``."""
     pieces: list[Piece] = []
     start = here = (0.0, 0.0)
     drawn = [segment for segment in segments if segment.end is not None]
@@ -149,8 +149,8 @@ def _plain(segment: Any, end: Point, name: str) -> list[Piece]:
     if isinstance(segment, svgelements.Line | svgelements.Close):
         return [LineTo(end)]
     (center,) = finite_points([_up(segment.center)], name)
-    # A sweep is clockwise on a screen, whose y points down, and so it is once y is turned up: seen, not computed.
-    # The ends of a full turn would be one point.
+    # A sweep is clockwise as seen on a screen, whose y points down, and stays so as seen after y is reversed.
+    # A full turn would have the same point at both ends.
     middle = [] if abs(segment.sweep) < 1.9 * np.pi else [_up(segment.point(0.5))]
     stops = [*finite_points(middle, name), end]
     return [ArcTo(stop, center, segment.sweep < 0) for stop in stops]

@@ -18,13 +18,13 @@ from bubblemesh.geometry.paths import Area, Ring, outlines
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
 
-FLAT = 1e-9  # area of a subpath, in terms of its extent, that is none
+FLAT = 1e-9  # area of a subpath, in squares of its extent, that counts as zero
 MOST_CROSSINGS = 20_000  # of subpaths: a few seconds
-BATCH = 100  # chords that are looked at together, for the memory that it takes
+BATCH = 100  # chords in a block, to bound the memory
 
 
 class Filled(NamedTuple):
-    """Outlines of a filled shape: loops as they are, or rings made of them, and notes on what was changed."""
+    """Outlines of a filled shape: loops as they are, or rings made of them, and notes on changes."""
 
     loops: list[CompoundCurve]
     rings: list[Ring]
@@ -32,10 +32,10 @@ class Filled(NamedTuple):
 
 
 def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
-    """Outlines of a shape that loops fill, each other's holes included.
+    """Outlines of a shape that loops fill by a rule; inner loops may be holes.
 
-    By ``evenodd`` what an odd number of loops is around is filled, by ``nonzero`` what they do not turn around as often
-    to the left as to the right. Loops that cross are replaced by the rims of what they fill.
+    By ``evenodd``, points within an odd number of loops are filled; by ``nonzero``, points whose winding number is not
+    0. Loops that cross are replaced by the boundary of the area that they fill.
     """
     copies = _outlines(loops)
     shapes = np.array([shapely.Polygon(points) for points in copies], dtype=object)
@@ -62,7 +62,7 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
 
 
 def _require_few_crossings(outlines: Sequence[Floats], name: str) -> None:
-    """LimitError if closed polylines through points (m, 2) cross so often that it would take minutes to unite them."""
+    """LimitError if closed polylines through points (m, 2) cross so often that uniting them would take minutes."""
     lines = shapely.linestrings(_chords(outlines))
     tree, count = shapely.STRtree(lines), 0
     for first in range(0, len(lines), BATCH):
@@ -92,7 +92,7 @@ def _enclosed_by_chords(outlines: Sequence[Floats], rule: FillRule, label: str |
 
 
 def area_of(loop: CompoundCurve) -> float:
-    """Area within a loop, in terms of the square of its extent."""
+    """Area within a loop, in squares of its extent."""
     (points,) = _outlines([loop])
     size = float(np.ptp(points, axis=0).max())
     return abs(ring_area(points)) / size**2 if size > 0 else 0.0
@@ -119,7 +119,7 @@ def _cross(shapes: "NDArray[np.object_]") -> bool:
 
 
 def _bounding(shapes: "NDArray[np.object_]", rule: FillRule) -> Booleans:
-    """Mask (k,) of the loops on whose two sides it is filled on one alone."""
+    """Mask (k,) of the loops with a filled area on one side only."""
     if rule == "evenodd":
         return np.ones(len(shapes), bool)
     turn = np.where(shapely.is_ccw(shapely.get_exterior_ring(shapes)), 1, -1)

@@ -8,7 +8,7 @@ from bubblemesh.readers.features import PhysicalLength
 from bubblemesh.readers.svg.source import NUMBER, Element, view_box
 
 INCH = 0.0254  # metres
-PIXEL = INCH / 96  # as CSS has it
+PIXEL = INCH / 96  # by CSS
 PAPER = {"mm": 1e-3, "cm": 1e-2, "in": INCH, "pt": INCH / 72, "pc": INCH / 6}  # units in metres
 ROUNDING = 1e-9  # of a ratio
 UNITS = {**PAPER, "px": PIXEL, "": PIXEL}
@@ -16,13 +16,13 @@ PAPER_LENGTH = re.compile(rf"\s*({NUMBER})\s*(mm|cm|in|pt|pc|px|)\s*")
 
 
 def physical_length(root: Element) -> PhysicalLength:
-    """The length on paper of a drawing's own unit, which is a pixel if nothing tells; along x, if it is stretched."""
+    """The length on paper of a drawing's unit, along x if it is stretched; by default a pixel."""
     scales = _scales(root, PAPER)
     if not scales:
         return PhysicalLength(PIXEL, True)
     if _fills_its_box(root):
         return PhysicalLength(_scales(root, UNITS)[0], False)
-    fill = "slice" in root.attributes.get("preserveAspectRatio", "")  # else the whole box is to be seen
+    fill = "slice" in root.attributes.get("preserveAspectRatio", "")  # else the whole box is visible
     return PhysicalLength(max(scales) if fill else min(scales), False)
 
 
@@ -34,12 +34,12 @@ def stretch(root: Element) -> float:
 
 
 def _fills_its_box(root: Element) -> bool:
-    """Whether both directions have scales of their own."""
+    """Whether the two directions may have different scales."""
     return root.attributes.get("preserveAspectRatio", "").split()[:1] == ["none"]
 
 
 def _scales(root: Element, units: Mapping[str, float]) -> list[float]:
-    """Metres of a drawing's own unit along x and y, as far as its width and height are given in one of the units."""
+    """Lengths in metres of a drawing's unit along x and y, as far as width and height are given in one of the units."""
     box = view_box(root)
     if box is None:
         return []

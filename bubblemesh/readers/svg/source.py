@@ -1,4 +1,4 @@
-"""The source of an SVG drawing, looked through before it is read: SVG readers skip in silence what they cannot read."""
+"""Check of the source of an SVG drawing before it is read, since the library silently skips what it cannot read."""
 
 import re
 from collections.abc import Iterator
@@ -10,13 +10,13 @@ from bubblemesh.messages import shown
 
 SVG = "http://www.w3.org/2000/svg"
 HREFS = ("href", "http://www.w3.org/1999/xlink href")
-# What is matched once is not tried in another way (*+, ++): time goes with the length of a text, whatever is in it.
+# Possessive quantifiers (*+, ++) do not backtrack, so that the time is proportional to the length of any text.
 NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
 LENGTH = re.compile(rf"\s*+{NUMBER}\s*+(?:px|pt|pc|mm|cm|in|em|ex|rem|vw|vh|%)?\s*+")
 NUMBERS = re.compile(rf"[\s,]*+(?:{NUMBER}[\s,]*+)*+")
 TOKEN = re.compile(rf"[MmZzLlHhVvCcSsQqTtAa]|{NUMBER}|[\s,]+")
 TRANSFORM = re.compile(r"[\s,]*(?:(?:matrix|translate|scale|rotate|skewX|skewY)\s*\([^()]*\)[\s,]*)*")
-ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}  # flags of arcs may be run together
+ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}  # but arcs
 LENGTHS = {
     "rect": ("x", "y", "width", "height", "rx", "ry"),
     "circle": ("cx", "cy", "r"),
@@ -26,11 +26,11 @@ LENGTHS = {
 }
 SIZES = {"svg": ("width", "height"), "rect": ("width", "height"), "circle": ("r",), "ellipse": ("rx", "ry")}
 UNDRAWN = ("defs", "symbol", "clipPath", "mask", "marker", "pattern")
-MOST_ELEMENTS = 200_000  # drawn, those that are used again counted each time
-CHARACTERS = 100  # of attributes, that count as one more element
-LONGEST_ENTITY = 1000  # characters: drawing programs name addresses by them
-MOST_STYLED = 200_000_000  # characters of styles that elements look through
-# What style sheets are made of. The library would try whatever is none of these from each of its characters on.
+MOST_ELEMENTS = 200_000  # drawn elements; those used several times count each time
+CHARACTERS = 100  # so many characters of attributes count as one more element
+LONGEST_ENTITY = 1000  # characters: drawing programs use entities for addresses
+MOST_STYLED = 200_000_000  # characters of styles that are searched for all elements together
+# The parts of style sheets. With other text, the library would try to match from each of its characters on.
 RULE = re.compile(r"[^{]*+\{[^}]*+\}")
 COMMENT = re.compile(r"/\*[\s\S]*?\*/|//.*$", re.MULTILINE)
 LONGEST_REST = 200  # characters
@@ -61,21 +61,22 @@ class Element:
 
     @property
     def size(self) -> int:
-        """Number of plain elements that take as long to be drawn."""
+        """Number of simple elements that take as long to draw."""
         classes = self.attributes.get("class", "").split()
         return 1 + len(classes) + sum(map(len, self.attributes.values())) // CHARACTERS
 
 
 def view_box(element: Element) -> tuple[float, float, float, float] | None:
-    """x, y, width and height of the box that an element's viewBox tells, whatever parts its numbers; None without."""
+    """x, y, width and height in the viewBox of an element, with any separators; None if there is none."""
     numbers = [float(number) for number in re.findall(NUMBER, element.attributes.get("viewBox", ""))]
     return (numbers[0], numbers[1], numbers[2], numbers[3]) if len(numbers) == 4 else None
 
 
 def checked(content: bytes) -> Element:
-    """The root of a drawing all of which can be read; CaseError with the element and line, LimitError for too much.
+    """The root of a drawing, after a check that all of it can be read.
 
-    An element must have numbers, paths and transforms where these are due, and must not use itself.
+    CaseError, with the element and line, if numbers, paths or transforms are invalid or an element uses itself;
+    LimitError if the drawing is too large.
     """
     root = _parsed(content)
     if root.tag != "svg":
@@ -97,11 +98,12 @@ def checked(content: bytes) -> Element:
 
 
 def too_much_clipping() -> LimitError:
-    """Error of clips that draw too many elements, each alone or all together."""
+    """Error for clips that draw too many elements, alone or all together."""
     return LimitError(f"its clips draw more than {MOST_ELEMENTS:,} elements: remove some of them, or simplify it")
 
 
 def _parsed(content: bytes) -> Element:
+    """The root element of a drawing; CaseError if it is not valid XML, LimitError if it has too many elements."""
     parser = expat.ParserCreate(namespace_separator=" ")
     open_ = [Element("", {}, 0)]
 
@@ -124,7 +126,7 @@ def _parsed(content: bytes) -> Element:
 
 
 def _check_entity(name: str, is_parameter: int, value: str | None, *place: str | None) -> None:
-    """Refuse an entity that others would make longer, or that is long itself: used often, it fills the memory."""
+    """CaseError for an entity that contains others or is long: used often, it would fill the memory."""
     if value is None or "&" in value or "%" in value or len(value) > LONGEST_ENTITY:
         raise CaseError(f"the entity {shown(name, 40)!r} is not read: write what it stands for in its places")
 
@@ -145,7 +147,7 @@ def _sheet_size(element: Element) -> int:
 
 
 def _check(element: Element) -> None:
-    """Check what the shape of an element depends on."""
+    """Check the attributes on which the shape of an element depends."""
     _check_lengths(element)
     _check_numbers(element)
     if element.tag == "path":
@@ -178,13 +180,13 @@ def _check_numbers(element: Element) -> None:
 
 
 def _fault(valid: re.Pattern[str], text: str) -> str:
-    """The text from where it is not valid."""
+    """The rest of a text from the place where it becomes invalid."""
     match = valid.match(text)
     return repr(shown(text[match.end() if match and match.end() < len(text) else 0 :], 40))
 
 
 def _check_path(element: Element) -> None:
-    """Check that a path is made of commands with as many numbers as they take."""
+    """Check that a path consists of commands with the right number of arguments."""
     text = element.attributes.get("d", "")
     at, command, numbers = 0, "", 0
     for token in TOKEN.finditer(text):
@@ -211,7 +213,7 @@ def _check_arguments(element: Element, command: str, numbers: int, at: int) -> N
 
 
 def _drawn(element: Element, by_id: dict[str, Element], around: tuple[str, ...], known: dict[int, int]) -> int:
-    """Size of all elements that are drawn for one; CaseError if it uses itself."""
+    """Size of all elements that are drawn for an element; CaseError if it uses itself."""
     if id(element) in known:
         return known[id(element)]
     inside = (*around, element.attributes["id"]) if "id" in element.attributes else around

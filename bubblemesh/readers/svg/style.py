@@ -10,7 +10,7 @@ from bubblemesh.records import record
 
 INHERITED = ("fill", "fill-rule", "clip-rule", "stroke", "visibility")
 OWN = ("display", "opacity", "clip-path", "mask", "overflow", "transform-origin", "transform-box")
-CSS = ("transform", "translate", "rotate", "scale")  # that are no attributes, or others there
+CSS = ("transform", "translate", "rotate", "scale")  # properties that are not attributes, or have another syntax there
 IMPORTANT = re.compile(r"!\s*important\s*$")
 NO_OPACITY = re.compile(r"[-+]?(0+\.?0*|\.0+)%?|-.*")
 RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
@@ -21,7 +21,7 @@ Style = dict[str, str]
 
 
 class Declared(NamedTuple):
-    """Declarations of a rule or a style, and those of them that are more important than all others."""
+    """Declarations of a rule or a style, and those marked as important."""
 
     usual: Style
     important: Style
@@ -29,7 +29,7 @@ class Declared(NamedTuple):
 
 @record
 class _Rule:
-    """Declarations for elements that fit a selector: steps from the outermost ancestor to the element itself."""
+    """Declarations, and their selector as steps from the outermost ancestor to the element itself."""
 
     steps: tuple[frozenset[str], ...]  # of names with their marks: path, .class, #id
     weight: tuple[int, int, int, int]  # ids, classes, tags, place in the sheet
@@ -38,7 +38,7 @@ class _Rule:
 
 @dataclass
 class StyleSheet:
-    """Rules of all style sheets of a drawing, by one name that the element itself must have."""
+    """Rules of all style sheets of a drawing, by one of the names that elements must have."""
 
     rules: dict[str, list[_Rule]] = field(default_factory=dict)
 
@@ -74,12 +74,12 @@ class StyleSheet:
 
 
 def is_out_of_sight(style: Mapping[str, str]) -> bool:
-    """Whether nothing of an element with some style, and of those in it, is to be seen."""
+    """Whether an element with this style, and everything in it, is invisible."""
     return style.get("display") == "none" or bool(NO_OPACITY.fullmatch(style.get("opacity", "1")))
 
 
 def _names(element: Element) -> frozenset[str]:
-    """Names by which a selector may mean an element."""
+    """Names by which a selector may refer to an element."""
     given = element.attributes
     ids = [f"#{given['id']}"] if "id" in given else []
     return frozenset([element.tag, *ids, *(f".{name}" for name in given.get("class", "").split())])

@@ -1,4 +1,4 @@
-"""SVG drawings: shapes and paths with their transforms, styles and fill rules; y is turned to point up."""
+"""SVG drawings: shapes and paths with their transforms, styles and fill rules; y is reversed to point up."""
 
 from collections import Counter
 from dataclasses import replace
@@ -22,10 +22,10 @@ NO_PAINT = ("none", "transparent")
 
 
 def read_svg(path: Path) -> FeatureCollection:
-    """The shapes of a drawing in its own units, transforms applied and y turned up.
+    """The shapes of a drawing in its own units, with transforms applied and y pointing up.
 
-    Each part of a path that is drawn without lifting the pen is a curve; open ones are closed where they are filled,
-    and the fill rule tells which of them bound something. FileError or CaseError with the element.
+    Each subpath is a curve. Open subpaths of filled shapes are closed, and the fill rule decides which curves bound
+    areas. FileError or CaseError with the element.
     """
     root = checked(read_bytes(path))
     with foreign("not a valid drawing", "correct it"):
@@ -33,6 +33,7 @@ def read_svg(path: Path) -> FeatureCollection:
 
 
 def _features(drawing: Drawing) -> FeatureCollection:
+    """Content of a drawing: a feature for each shape, size on paper, and notes on what is not used."""
     features: list[Feature] = []
     stretched = stretch(drawing.root)
     for drawn in shapes(drawing, drawing.root, Around(transform=f"scale(1,{stretched!r})" if stretched != 1 else "")):
@@ -71,7 +72,7 @@ def _feature(drawing: Drawing, drawn: Drawn, number: int) -> Feature:
 
 
 def _closed(features: list[Feature], painted: set[str]) -> tuple[list[Feature], list[str]]:
-    """The features with open subpaths of filled shapes closed straight, but for those that join with others."""
+    """The features, with open subpaths of filled shapes closed by straight lines, except those that join others."""
     points = [point for one in features for curve in one.curves for point in (curve.start, curve.end)]
     if not points:
         return features, []
@@ -101,7 +102,7 @@ def _closed(features: list[Feature], painted: set[str]) -> tuple[list[Feature], 
 
 
 def _by_fill_rule(feature: Feature) -> Feature:
-    """The feature with the loops that bound what is filled."""
+    """The feature with the loops that bound filled areas."""
     rule = feature.properties["rule"]
     loops = [curve for curve in feature.curves if curve.start == curve.end]
     if rule is None or not loops:

@@ -16,11 +16,11 @@ SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": 
 
 
 def _call(name: str, argument: str, more: str = "{0}") -> str:
-    """Pattern of a function of CSS with an argument, and as many more as the quantifier tells."""
+    """Pattern of a function of CSS with an argument, and further ones in the number of the quantifier."""
     return rf"{name}\(\s*{argument}(?:[\s,]+{argument}){more}\s*\)"
 
 
-ZERO = r"[-+]?0+(?:\.0*)?"  # what needs no unit
+ZERO = r"[-+]?0+(?:\.0*)?"  # which needs no unit
 SHIFT, ANGLE = rf"(?:{NUMBER}px|{ZERO})", rf"(?:{NUMBER}(?:deg|grad|rad|turn)|{ZERO})"
 FUNCTIONS = (
     _call("translate", SHIFT, "?"),
@@ -34,10 +34,10 @@ READ = re.compile(rf"\s*(?:(?:{'|'.join(FUNCTIONS)})\s*)*")  # of CSS; browsers 
 
 
 def transform_of(element: Element, style: Style, around: Sequence[Element], size: Size) -> str:
-    """The transform of an element with its style, as the attribute has it; empty if there is none.
+    """The transform of an element with its style, in the syntax of the attribute; empty if there is none.
 
-    ``size`` is that of the drawing, ``around`` the elements around this one. CaseError for a transform of CSS that is
-    not read, such as one in space.
+    ``size`` is that of the drawing, ``around`` the elements around this one. CaseError for a transform of CSS that
+    cannot be used, such as one in space.
     """
     attribute = element.attributes.get("transform", "")
     declared = [f"{key}({style[key]})" for key in MOVES if style.get(key, "none") != "none"]
@@ -49,19 +49,19 @@ def transform_of(element: Element, style: Style, around: Sequence[Element], size
         return transform
     if style.get("transform-box", "view-box") != "view-box":
         raise _unread(element, f"transform-box: {style['transform-box']}")
-    is_nested = any(one.tag in ("svg", "symbol") for one in around[1:])  # whose size is not that of the drawing
+    is_nested = any(one.tag in ("svg", "symbol") for one in around[1:])  # with another size than the drawing
     x, y = _origin(element, style.get("transform-origin", "0 0"), None if is_nested else size)
     return f"translate({x!r},{y!r}) {transform} translate({-x!r},{-y!r})" if x or y else transform
 
 
 def _is_shift(transform: str) -> bool:
-    """Whether a transform is the same about all origins."""
+    """Whether a transform does not depend on its origin."""
     matrix = svgelements.Matrix(transform)
     return bool((matrix.a, matrix.b, matrix.c, matrix.d) == (1, 0, 0, 1))
 
 
 def _origin(element: Element, text: str, size: Size | None) -> tuple[float, float]:
-    """The point that stays where it is, from the origin of the coordinates around; percents are of a ``size``."""
+    """Origin of a transform, in the coordinates around the element; percents are of ``size``."""
     words = text.split()
     across, down = (*words, "center")[:2]
     if across in ("top", "bottom") or down in ("left", "right"):

@@ -1,4 +1,4 @@
-"""The shapes that the elements of an SVG drawing draw, with what they inherit and what clips them."""
+"""The shapes that the elements of an SVG drawing draw, with inherited styles and clips."""
 
 import re
 from collections import Counter
@@ -21,10 +21,10 @@ from bubblemesh.readers.svg.transform import transform_of
 from bubblemesh.records import record
 
 INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
-DRAWN_ELSE = ("text", "image", "foreignObject")  # what draws something without curves that could be read
+DRAWN_ELSE = ("text", "image", "foreignObject")  # elements that draw something, but no curves
 REFERENCE = re.compile(r"url\(\s*[\"']?#([^\"')]+?)[\"']?\s*\)")
 
-# Names that drawing programs give by themselves: path12-3, Layer 1, XMLID_7_, st0, cls-2.
+# Default names of drawing programs: path12-3, Layer 1, XMLID_7_, st0, cls-2.
 NUMBERED = re.compile(
     r"(circle|clip|cls|curve|ellipse|fil|frame|g|group|image|layer|line|object|patch|path|poly(line|gon)|rect(angle)?"
     r"|shape|st|str|svg|use|vector|xmlid)[-_ ]*\d[-_ .\d]*",
@@ -34,7 +34,7 @@ NUMBERED = re.compile(
 
 @record
 class Around:
-    """Context of an element from the groups around it: the way to it, and what it inherits."""
+    """Context of an element from the groups around it: the path to it, and what it inherits."""
 
     elements: tuple[Element, ...] = ()
     transform: str = ""
@@ -43,12 +43,12 @@ class Around:
     label: str | None = None  # of a use
     hidden: bool = False
     masked: bool = False
-    clips: tuple[Clip, ...] | None = ()  # that apply to all in it; None where only its extent is looked for
-    inside: tuple[str, ...] = ()  # names of the clipPaths that it is a part of
+    clips: tuple[Clip, ...] | None = ()  # for all elements in it; None if only the extent is needed
+    inside: tuple[str, ...] = ()  # names of the clipPaths around it
 
 
 class Drawn(NamedTuple):
-    """A shape with what is around it, its own style included."""
+    """A shape with its context, including its own style."""
 
     element: Element
     around: Around
@@ -56,22 +56,22 @@ class Drawn(NamedTuple):
 
 @dataclass
 class Drawing:
-    """A drawing on the way through its elements."""
+    """State of a walk through the elements of a drawing."""
 
     root: Element
     sheet: StyleSheet
     by_id: Mapping[str, Element]
     size: Size
     unused: Counter[str] = field(default_factory=Counter)
-    unclipped: Counter[str] = field(default_factory=Counter)  # elements whose clips cannot be applied, by why
+    unclipped: Counter[str] = field(default_factory=Counter)  # elements whose clips cannot be applied, by the reason
     masked: int = 0
     visits: Counter[str] = field(default_factory=Counter)  # of elements, by their sizes
     clips: dict[tuple[str, str], Clip | None] = field(default_factory=dict)  # by clipPath and transform; None if failed
-    failed: dict[str, str] = field(default_factory=dict)  # why clipPaths cannot be applied, by their names
+    failed: dict[str, str] = field(default_factory=dict)  # reasons why clipPaths cannot be applied, by their names
 
     @classmethod
     def of(cls, root: Element) -> "Drawing":
-        """The drawing with all that is in its root element."""
+        """The drawing of a root element."""
         by_id: dict[str, Element] = {}
         for element in root.all():
             if "id" in element.attributes:
@@ -88,13 +88,13 @@ def _size(root: Element) -> tuple[float, float]:
 
 
 def _length(element: Element, key: str, whole: float, default: str) -> float:
-    """A length of an element in pixels; ``whole`` is what percents are of."""
+    """A length of an element in pixels; percents are of ``whole``."""
     given = element.attributes.get(key, default)
     return float(svgelements.Length(default if given == "auto" else given).value(ppi=PIXELS, relative_length=whole))
 
 
 def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn]:
-    """Shapes that an element draws, those of inner groups and uses included."""
+    """Shapes that an element draws, including those of inner groups and uses."""
     _count(drawing, element)
     here = _context(drawing, element, around)
     draw = DRAW.get(element.tag)
@@ -103,7 +103,7 @@ def shapes(drawing: Drawing, element: Element, around: Around) -> Iterator[Drawn
 
 
 def _context(drawing: Drawing, element: Element, around: Around) -> Around:
-    """Context of what is in an element, its own style, transform and clip included."""
+    """Context for the content of an element, including its own style, transform and clip."""
     style = drawing.sheet.style(element, around.elements, around.style)
     here = replace(
         around,
@@ -118,12 +118,12 @@ def _context(drawing: Drawing, element: Element, around: Around) -> Around:
 
 
 def _shape(drawing: Drawing, element: Element, here: Around) -> Iterator[Drawn]:
-    """A shape, whose label is the name of the use, of its own, or of its layer."""
+    """A shape; its label is the name of the use, its own name, or that of its layer."""
     yield Drawn(element, replace(here, label=here.label or _given(element) or here.layer))
 
 
 def _unread(drawing: Drawing, element: Element, here: Around) -> Iterator[Drawn]:
-    """No shape of an element without curves, which is counted where it is to be seen."""
+    """No shapes: an element without curves, which is counted if it is visible."""
     drawing.unused[f"{element.tag} of a clip-path" if here.inside else element.tag] += not here.hidden
     return iter(())
 
@@ -149,7 +149,7 @@ def _switch(drawing: Drawing, switch: Element, here: Around) -> Iterator[Drawn]:
 
 
 def _group(drawing: Drawing, group: Element, here: Around) -> Iterator[Drawn]:
-    """Shapes in a group or a nested drawing, which is a layer if it has a name."""
+    """Shapes in a group or a nested drawing, which counts as a layer if it has a name."""
     if group is drawing.root:
         return _within(drawing, group, here)
     if group.tag == "svg":
@@ -157,7 +157,7 @@ def _group(drawing: Drawing, group: Element, here: Around) -> Iterator[Drawn]:
     return _within(drawing, group, replace(here, layer=_given(group) or here.layer))
 
 
-# What elements draw in their own context, by tag; all others draw nothing by themselves.
+# Functions that yield the shapes of elements, by tag; other elements draw nothing.
 DRAW: Mapping[str, Callable[[Drawing, Element, Around], Iterator[Drawn]]] = {
     **dict.fromkeys(SHAPES, _shape),
     **dict.fromkeys(DRAWN_ELSE, _unread),
@@ -201,7 +201,7 @@ def _clip(drawing: Drawing, element: Element, around: Around, here: Around) -> C
 
 
 def _clip_path(drawing: Drawing, given: str) -> Element | None:
-    """The clipPath that a style's clip-path refers to; None, and counted as not applied, if it is not there."""
+    """The clipPath to which the clip-path of a style refers; None if it is missing, which is counted."""
     found = REFERENCE.match(given)
     target = drawing.by_id.get(found[1]) if found else None
     if target is not None and target.tag == "clipPath":
@@ -212,7 +212,7 @@ def _clip_path(drawing: Drawing, given: str) -> Element | None:
 
 
 def _made(drawing: Drawing, target: Element, transform: str, inside: tuple[str, ...]) -> Clip:
-    """The clip that the shapes of a clipPath are together."""
+    """The clip made of all shapes of a clipPath."""
     style = drawing.sheet.style(target, (), {})
     whole = f"{transform} {transform_of(target, style, (), drawing.size)}".strip()
     here = Around((target,), whole, style, inside=inside)
@@ -228,7 +228,7 @@ def _made(drawing: Drawing, target: Element, transform: str, inside: tuple[str, 
 
 
 def _box(drawing: Drawing, element: Element, around: Around, here: Around) -> str | None:
-    """Transform of the unit square to the box around what an element draws; None if that has no extent."""
+    """Transform from the unit square to the box around the shapes of an element; None if that has no extent."""
     matrix = svgelements.Matrix(here.transform)
     if matrix.determinant == 0:
         return None
@@ -249,9 +249,9 @@ def _within(drawing: Drawing, group: Element, here: Around) -> Iterator[Drawn]:
 
 
 def _in_viewport(drawing: Drawing, element: Element, sized: Element, style: Style, here: Around) -> Around:
-    """Context of the content of a nested drawing or a symbol with a style, which is cut where its box ends.
+    """Context for the content of a nested drawing or a symbol with a style, clipped to its box.
 
-    ``sized`` has its width and height, where these are given.
+    ``sized`` is the element with its width and height, if they are given.
     """
     x, y = (_length(element, key, whole, "0") for key, whole in zip("xy", drawing.size, strict=True))
     given = {key: sized if key in sized.attributes else element for key in ("width", "height")}
@@ -272,7 +272,7 @@ def _in_viewport(drawing: Drawing, element: Element, sized: Element, style: Styl
 
 
 def _is_fixed(length: str) -> bool:
-    """Whether a length is not that of what is around: no drawing is cut where the whole one ends."""
+    """Whether a length differs from that around: a drawing is not clipped where the whole one ends."""
     return length != "auto" and "%" not in length
 
 
@@ -281,13 +281,13 @@ def _target(use: Element) -> str:
 
 
 def _is_for_all(child: Element) -> bool:
-    """Whether an alternative of a switch needs nothing that readers may lack."""
+    """Whether an alternative of a switch can be used by all readers."""
     needs = ("requiredExtensions", "requiredFeatures", "systemLanguage")
     return child.tag not in DRAWN_ELSE and not any(key in child.attributes for key in needs)
 
 
 def _given(element: Element) -> str | None:
-    """The name that somebody gave an element: its label in Inkscape, else its id, else its first class."""
+    """The name given to an element by a person: its label in Inkscape, else its id, else its first class."""
     own = element.attributes
     names = [own.get(f"{INKSCAPE} label"), own.get("id"), *own.get("class", "").split()[:1]]
     return next((name.strip() for name in names if name and not NUMBERED.fullmatch(name.strip())), None)
