@@ -1,1 +1,1 @@
-"""Mesh files of all formats, to write and to read, and what is written beside them."""
+"""Mesh files of all formats, to write and to read, and the files that are written beside them."""

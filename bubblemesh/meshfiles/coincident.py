@@ -1,4 +1,4 @@
-"""Nodes that a file has several times, once for each cell, made one again."""
+"""Merging of nodes that are in a file several times, once for each cell."""
 
 from collections.abc import Sequence
 
@@ -8,14 +8,14 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, FileError
 
 ROUNDING = 64  # last digits of a coordinate by which copies of a node may differ
-AGREEING = 1e-6  # of the largest value: copies of a node whose values differ by less have the same value
+AGREEING = 1e-6  # of the largest value: smaller differences between copies of a node are ignored
 MOST_COPIES = 1000  # of a node, on average
-MOST_VALUES = 16  # different ones of the copies of a node that are told apart
-JUMPS = 0.5  # part of the nodes with several values from which on a solution is none that is continuous
+MOST_VALUES = 16  # different values of the copies of a node that are kept apart
+JUMPS = 0.5  # share of nodes with several values from which on a solution counts as not continuous
 
 
 def are_apart(cells: Sequence[Integers]) -> bool:
-    """Whether each of some cells, blocks (m, k) of nodes, has nodes of its own, as if all had been cut apart."""
+    """Whether each cell, given by blocks (m, k) of nodes, has nodes of its own, so that no two cells are connected."""
     nodes = np.concatenate([block.ravel() for block in cells])
     return sum(map(len, cells)) > 1 and len(np.unique(nodes)) == nodes.size
 
@@ -47,10 +47,10 @@ def places(points: Floats, digits: float) -> Integers:
 def joined(
     points: Floats, triangles: Integers, values: Floats, name: str, digits: float
 ) -> tuple[Floats, Integers, Floats]:
-    """Points, triangles and values (n, k) of a mesh with one node for all in a place whose values agree.
+    """Points, triangles and values (n, k) of a mesh with one node in place of all nodes with the same place and values.
 
-    Where values differ, as on the sides of a crack that opens, nodes stay apart. Errors as of `places`; CaseError if
-    values of a mesh whose triangles were cut apart differ nearly everywhere: the solution is not continuous.
+    If values differ, as on the sides of an open crack, nodes stay separate. The same errors as `places`; CaseError if
+    the values of separate triangles differ nearly everywhere, so that the solution is not continuous.
     """
     place = places(points, digits)
     if place.max(initial=-1) + 1 == len(points):

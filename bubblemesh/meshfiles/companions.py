@@ -1,4 +1,4 @@
-"""Files that a mesh file leads to: they have to travel with it, and are inputs of a case as it is."""
+"""Files to which a mesh file refers: they have to be copied with it, and are inputs of a case, too."""
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -9,13 +9,13 @@ from bubblemesh.meshfiles.contained import files_of_xdmf
 
 
 def files_beside(path: Path) -> list[Path]:
-    """Files that are there and that a mesh file leads to, those of lists in it among them.
+    """Existing files to which a mesh file refers, directly or through lists.
 
-    Of one that cannot be read there are none: its reader tells why.
+    The result is empty for a file that cannot be read: its reader reports the error.
     """
     if path.suffix.lower() not in BESIDE:
         return []
-    with suppress(BubblemeshError, OSError, SyntaxError, ValueError):  # broken XML is wrong syntax
+    with suppress(BubblemeshError, OSError, SyntaxError, ValueError):  # SyntaxError: broken XML
         others = dict.fromkeys(BESIDE[path.suffix.lower()](path))
         return [other for other in others if other != path and other.exists()]
     return []

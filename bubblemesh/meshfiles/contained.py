@@ -1,4 +1,4 @@
-"""Mesh files that hold all of themselves: what leads to files elsewhere, or unpacks to far more, is refused before."""
+"""Checks of hostile mesh files before they are read: data in files elsewhere, small files that unpack to large ones."""
 
 import gzip
 import lzma
@@ -24,7 +24,7 @@ INCLUDE = re.compile(rb"^[ \t]*\*[* \t]*include", re.IGNORECASE | re.MULTILINE)
 
 
 def require_contained(path: Path) -> None:
-    """Check what a mesh file leads to: FileError if that is not beside it, LimitError if it is too much."""
+    """Check the files to which a mesh file refers: FileError if one is not beside it, LimitError for too much data."""
     ending = path.suffix.lower()
     if ending in CHECKS:
         CHECKS[ending](path)
@@ -35,7 +35,7 @@ def _check_hdf(path: Path) -> None:
 
 
 def _sizes(path: Path) -> dict[str, int]:
-    """Bytes of all data of an HDF file, by their names; a FileError if some are in another file."""
+    """Sizes in bytes of all data sets of an HDF file, by their names; FileError if one is in another file."""
     import h5py
 
     sizes: dict[str, int] = {}
@@ -68,8 +68,8 @@ def _check_xdmf(path: Path) -> None:
 
 
 def _parts_of_xdmf(path: Path) -> Iterator[tuple[Path, str]]:
-    """The files in which XDMF's data are, beside its own, and where within these."""
-    from xml.etree import ElementTree  # which a case without mesh files should not wait for
+    """The files with data of an XDMF file, and the data sets within these."""
+    from xml.etree import ElementTree  # here, so that cases without mesh files do not wait for it
 
     for item in ElementTree.fromstring(read_bytes(path)).iter("DataItem"):
         kind = item.get("Format", "XML")
@@ -83,7 +83,7 @@ def _parts_of_xdmf(path: Path) -> Iterator[tuple[Path, str]]:
 
 
 def files_of_xdmf(path: Path) -> Iterator[Path]:
-    """The files in which XDMF's data are, beside its own; errors as of `require_contained`, or of the XML's reader."""
+    """The files with data of an XDMF file; the same errors as `require_contained`, and those of the reader of XML."""
     return (other for other, _ in _parts_of_xdmf(path))
 
 
@@ -122,13 +122,13 @@ CHECKS: dict[str, Callable[[Path], None]] = {
 
 
 class Unpacking:
-    """Bytes that a file has been unpacked to so far, with a bound on all of them."""
+    """Count of the bytes to which a file has been unpacked so far, with a limit."""
 
     def __init__(self) -> None:
         self._size = 0  # bytes
 
     def unpacked(self, unpacker: Any, data: bytes) -> bytes:
-        """The data of one block; LimitError if it is too much, FileError if it is not whole."""
+        """The data of one block; LimitError if it is too much, FileError if it is incomplete."""
         try:
             found: bytes = unpacker.decompress(data, MOST_UNPACKED - self._size + 1)
         except (zlib.error, lzma.LZMAError) as error:
@@ -139,13 +139,13 @@ class Unpacking:
         return found
 
     def count(self, size: int) -> None:
-        """Count so many bytes more; LimitError if it is too much."""
+        """Count further bytes; LimitError if it is too much."""
         self._size += size
         _require_little(self._size)
 
 
 class _Lines(TextIOWrapper):
-    """Text whose end cannot be read for ever, as some readers would that miss a line."""
+    """Text that ends readers which read beyond its end for ever, waiting for a line."""
 
     _ends = 0
 
@@ -156,7 +156,7 @@ class _Lines(TextIOWrapper):
 
 
 class _Bytes(BufferedReader):
-    """Bytes whose end cannot be read for ever."""
+    """Bytes that end readers which read beyond their end for ever."""
 
     _ends = 0
 
@@ -180,10 +180,10 @@ def _opened(path: str, mode: str) -> IO[Any]:
 
 @contextmanager
 def bounded_reading() -> Iterator[None]:
-    """Within the block, meshio opens files by the door of this package, and does not read without a bound.
+    """Within the block, meshio opens files by the function of this package, and cannot read beyond their end for ever.
 
-    The readers of many formats wait for a line beyond the end. Meshio has one door for all threads: one at a time is in
-    such a block, which may not be in another one.
+    The readers of many formats wait for a line beyond the end. The function is the same for all threads, so that only
+    one thread at a time is in such a block. Blocks must not be nested.
     """
     from meshio import _files as door
 

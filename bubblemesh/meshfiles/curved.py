@@ -1,4 +1,4 @@
-"""Curved cells of files, whose nodes beside the corners may fold them over."""
+"""Curved cells of files, which may fold over because of nodes other than the corners."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
@@ -18,13 +18,13 @@ HIGHER = "has cells of higher order: their corners are read"
 class _Kind(NamedTuple):
     """Cells of second order."""
 
-    folded: Callable[[Floats, Floats], Booleans]  # whether counter-clockwise ones are, of corners and other nodes
+    folded: Callable[[Floats, Floats], Booleans]  # whether counter-clockwise cells, by corners and other nodes, are
     corners: int
-    backward: list[int]  # nodes of a cell that turns the other way
+    backward: list[int]  # order of the nodes that reverses a cell
 
 
 def _with_centre(corners: Floats, middles: Floats) -> Floats:
-    """The nodes (q, 5, 2) of quadrilaterals beside their corners (q, 4, 2), of those on their sides (q, 4, 2)."""
+    """The nodes (q, 5, 2) of quadrilaterals other than their corners (q, 4, 2), from those on their sides (q, 4, 2)."""
     centre = middles.sum(axis=1) / 2 - corners.sum(axis=1) / 4
     return np.concatenate([middles, centre[:, None]], axis=1)
 
@@ -37,9 +37,9 @@ KINDS: Mapping[str, _Kind] = {
 
 
 def curved_notes(points: Floats, blocks: Sequence[Block]) -> tuple[str, ...]:
-    """What there is to tell of cells with nodes beside their corners: such as fold over between points (n, 2 or 3).
+    """Notes on cells between points (n, 2 or 3) that may fold over because of nodes other than the corners.
 
-    A cell counts if bounds on its map allow it to fold. FileError if a node is not there.
+    A cell counts if bounds on its map do not exclude folding. FileError if a node is missing.
     """
     if not blocks:
         return ()
@@ -62,7 +62,7 @@ def curved_notes(points: Floats, blocks: Sequence[Block]) -> tuple[str, ...]:
 
 
 def _folded(kind: _Kind, cells: Floats) -> Booleans:
-    """Mask (m,) of the cells (m, k, 2) of a kind, whichever way they turn, that may be folded."""
+    """Mask (m,) of the cells (m, k, 2) of a kind, in either orientation, that may be folded."""
     ends = [cells[:, [0, k, k + 1]] for k in range(1, kind.corners - 1)]
     clockwise = np.sum([doubled_areas(corners) for corners in ends], axis=0) < 0
     ahead = np.where(clockwise[:, None, None], cells[:, kind.backward], cells)

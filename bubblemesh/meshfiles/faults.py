@@ -1,4 +1,4 @@
-"""Where the mesh of a file is not conforming: triangles that are there twice, overlaps, nodes that do not meet."""
+"""Places where the mesh of a file is not conforming: duplicate triangles, overlaps, nodes that are not connected."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -12,17 +12,17 @@ from bubblemesh.meshes.edges import directed_sides, one_sided, unique_edges
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.messages import place
 
-NEAR = 1e-6  # of the shortest side of the rim at a node: less away are other nodes in its place, and sides through it
-ROUNDING = 64  # last digits of coordinates that may differ as well
-INSIDE = 1e-3  # of the way from a side to the corner across: there is looked how many triangles cover a place
-MOST_PROBES = 20_000  # such places, of a mesh in very many pieces
+NEAR = 1e-6  # of the shortest side of the rim at a node: nearer nodes count as in its place, nearer sides as through it
+ROUNDING = 64  # rounding errors of coordinates; the tolerance is at least as large
+INSIDE = 1e-3  # of the way from a side to the corner across: a place where covering triangles are counted
+MOST_PROBES = 20_000  # such places, for a mesh in very many pieces
 
 
 def faults(points: Floats, triangles: Integers, digits: float) -> list[str]:
-    """What is not conforming in triangles (t, 3) of any orientation between points (n, 2), each with its first place.
+    """Faults of triangles (t, 3) of any orientation between points (n, 2), each with its first place.
 
-    Where there is nothing, each place is in one triangle only, and triangles share whole sides, but for what is within
-    a millionth of a side's length. ``digits`` is the rounding error of coordinates near 1.
+    Without faults, each place is in one triangle only, and triangles share whole sides, within a millionth of a side's
+    length. ``digits`` is the rounding error of coordinates near 1.
     """
     return list(_faults(points, triangles, digits))
 
@@ -59,11 +59,11 @@ def _faults(points: Floats, triangles: Integers, digits: float) -> Iterator[str]
 
 
 class _Contacts(NamedTuple):
-    """Nodes of the rim that are on sides which they are no ends of."""
+    """Nodes of the rim that are on sides of which they are not ends."""
 
-    doubled: Integers  # (d,) in the place of a node with a lower number
-    hanging: Integers  # (h,) between the ends of a side
-    touching: Integers  # (k,) all of them, and the ends of these sides
+    doubled: Integers  # (d,): nodes in the place of a node with a lower number
+    hanging: Integers  # (h,): nodes between the ends of a side
+    touching: Integers  # (k,): all of these nodes, and the ends of the sides
 
 
 def _contacts(points: Floats, rim: Integers, rounding: float) -> _Contacts:
@@ -84,11 +84,11 @@ def _contacts(points: Floats, rim: Integers, rounding: float) -> _Contacts:
 
 
 def _overlap(points: Floats, triangles: Integers, touching: Integers, rounding: float) -> Floats | None:
-    """A place (2,) that several triangles cover, if there is one, of a mesh whose rim touches itself at some nodes.
+    """A place (2,) that several triangles cover, or None, of a mesh whose rim touches itself at some nodes.
 
-    Sides of which none goes the other way, of triangles that all turn to the left, are closed walks that turn around
-    each place as often as triangles cover it. Where two cross, they cover a place beside twice. Else the number on the
-    left of a walk stays the same from one side to the next, but where walks touch.
+    If all triangles turn left, the sides without an opposite one form closed walks, whose winding number around a place
+    is the number of triangles that cover it. Where two walks cross, a place beside is covered twice. Elsewhere the
+    number on the left of a walk changes only where walks touch.
     """
     measures = Measures(points, triangles)
     ahead = np.where((measures.signed_areas < 0)[:, None], triangles[:, ::-1], triangles)
@@ -115,7 +115,7 @@ def _overlap(points: Floats, triangles: Integers, touching: Integers, rounding: 
 
 
 def _crossing(points: Floats, sides: Integers, rounding: float) -> Floats | None:
-    """A place (2,) where two of some sides (m, 2) cross, by more than rounding, if there is one."""
+    """A place (2,) where two of the sides (m, 2) cross, by more than rounding; None if there is none."""
     lines = shapely.linestrings(points[sides])
     i, j = shapely.STRtree(lines).query(lines, predicate="crosses")
     apart = (i < j) & (sides[i][:, :, None] != sides[j][:, None, :]).all(axis=(1, 2))
@@ -131,7 +131,7 @@ def _crossing(points: Floats, sides: Integers, rounding: float) -> Floats | None
 
 
 def _distances(lines: Floats, others: Floats) -> Floats:
-    """Distances (m, 2) of the ends of others (m, 2, 2) from the lines (m, 2, 2), to their left."""
+    """Signed distances (m, 2) of the ends of others (m, 2, 2) from the lines (m, 2, 2), positive on the left."""
     (x, y), away = (lines[:, 1] - lines[:, 0]).T, others - lines[:, :1]
     return (x[:, None] * away[:, :, 1] - y[:, None] * away[:, :, 0]) / np.hypot(x, y)[:, None]
 

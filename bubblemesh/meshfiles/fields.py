@@ -12,7 +12,7 @@ from bubblemesh.meshfiles.coincident import joined
 from bubblemesh.meshfiles.groups import KEPT
 from bubblemesh.meshfiles.read import CORNERS, LINEAR, REAL, MeshFile, digits, read_triangles
 
-MMG = (".mesh", ".meshb")  # endings of files with data beside them
+MMG = (".mesh", ".meshb")  # endings of files whose data are in a file beside them
 NO_SOL = ": it has to be in a .sol file of the same name beside it"
 AVERAGE = "write values at the nodes, as the means of the cells around each"
 HIGHER_ORDER = "has cells of higher order: the estimate is that of linear triangles with the values at the corners"
@@ -42,11 +42,11 @@ class FieldData(NamedTuple):
 
 
 def read_field(path: Path, name: str | None) -> FieldData:
-    """Read the data ``name`` of a mesh file, or the only one of it; data at nodes goes before data of cells.
+    """Read the data ``name`` of a mesh file, or its only data; data at nodes is preferred to data of cells.
 
-    Faces of higher order and quadrilaterals are cut in triangles. Nodes keep their numbers. FileError as of
-    `read_triangles`, and for cells that are no plane faces; CaseError if the name is needed, unknown, or one of data
-    that is not one real number in each place.
+    Faces of higher order and quadrilaterals are cut into triangles. Nodes keep their numbers. The same FileError as
+    `read_triangles`, and FileError for cells that are not plane faces; CaseError if a name is needed or unknown, or if
+    the data is not one real number in each place.
     """
     file = read_triangles(path, PARTS, "only plane faces have data here", as_they_are=True)
     source, triangles = file.source, file.nodes[file.triangles]
@@ -92,14 +92,14 @@ def read_nodal_field(path: Path, name: str | None, chosen_by: str = "--field") -
 def linear_triangles(path: Path) -> MeshFile:
     """Read the triangles of a file, and the halves of its quadrilaterals, by their corners.
 
-    FileError as of `read_triangles`, and for cells of other kinds.
+    The same FileError as `read_triangles`, and FileError for cells of other kinds.
     """
     refusal = "the estimate is for triangles and quadrilaterals: write the mesh and the solution with these alone"
     return read_triangles(path, CORNERS, refusal, as_they_are=True)
 
 
 def nodal_field(file: MeshFile, name: str | None, chosen_by: str) -> NodalField:
-    """Data at the nodes of triangles that `linear_triangles` has read; CaseError as of `read_nodal_field`."""
+    """Data at the nodes of triangles that `linear_triangles` has read; the same CaseError as `read_nodal_field`."""
     path, data = file.path, file.source.point_data
     known = own_names(data)
     listed = ", ".join(known) or "none"
@@ -125,12 +125,12 @@ def nodal_field(file: MeshFile, name: str | None, chosen_by: str) -> NodalField:
 
 
 def own_names(data: Iterable[str]) -> list[str]:
-    """Names of data but those of numbers that a format or its writer keeps, as gmsh:physical and vtkGhostType."""
+    """Names of data, without numbers that formats and writers use themselves, such as gmsh:physical, vtkGhostType."""
     return [name for name in data if name not in KEPT and ":" not in name and not name.startswith("vtk")]
 
 
 def _real(path: Path, name: str, data: Any) -> Floats:
-    """Data as real numbers; else it is a CaseError."""
+    """Data as real numbers; CaseError if it is not."""
     values = np.asarray(data)
     if values.dtype.kind not in REAL:
         raise CaseError(f"{path}: {name} does not hold real numbers (found {values.dtype})")
@@ -138,7 +138,7 @@ def _real(path: Path, name: str, data: Any) -> Floats:
 
 
 def _one_number_each(path: Path, name: str, data: Any) -> Floats:
-    """Data (n,) of one real number in each place; else it is a CaseError."""
+    """Data (n,) of one real number in each place; CaseError if it is not."""
     values = _real(path, name, data)
     components = int(np.prod(values.shape[1:]))
     if components != 1:

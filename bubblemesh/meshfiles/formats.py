@@ -1,4 +1,4 @@
-"""The table of mesh formats, and which of them each solver gets; what writes a format is loaded when it is used."""
+"""The table of mesh formats, and those that each solver gets; the writer of a format is loaded when it is used."""
 
 from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
@@ -23,25 +23,33 @@ XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
 class Format:
     """A way to write a mesh.
 
-    Functions are given as ``module.name`` within this package: ``writer`` is one of a mesh, its fields and the main
-    file's path, which writes the other files beside it; ``slices`` writes the same of a `SlicedMesh` and the path, and
-    is None where all of the mesh is needed at once; ``speller`` gives the names of a mesh's groups as the files spell
-    them, and is None where solvers find ids only; ``alone`` writes one file that needs no other.
+    Functions are given as ``module.name`` within this package.
+
+    Attributes
+    ----------
+    writer
+        Takes a mesh, its fields and the path of the main file, and writes all files.
+    slices
+        Takes a `SlicedMesh` and the path, and writes the same; None if all of the mesh is needed at once.
+    speller
+        Returns the names of a mesh's groups as the files spell them; None if the files have ids only.
+    alone
+        Writes one file that needs no other; by default the ``writer``.
     """
 
-    files: tuple[str, ...]  # ends of the files' names, the main one first, but for the pieces of a partition
+    files: tuple[str, ...]  # ends of the files' names, the main one first, without the pieces of a partition
     writer: str
     speller: str | None
-    orders: tuple[int, ...] = (1,)  # of the triangles that it has a form for
+    orders: tuple[int, ...] = (1,)  # of the triangles that it can hold
     points: bool = True  # whether it holds labelled points
-    periodic: bool = False  # whether it holds which nodes of periodic sides match
+    periodic: bool = False  # whether it holds the matching nodes of periodic sides
     partition: bool = False  # whether it holds the parts of triangles or nodes
-    quads: bool = False  # whether it holds quadrilaterals; others get their halves
-    sizes: bool = False  # whether it tells sizes, which are those of the plane that a mesh is packed in
-    piece: str | None = None  # end of the name of the file that each part has, with its number for the braces
-    alone: str | None = None  # as the writer unless given
+    quads: bool = False  # whether it holds quadrilaterals; else their halves are written
+    sizes: bool = False  # whether it holds sizes, which are those in the plane in which a mesh is packed
+    piece: str | None = None  # end of the name of each part's file, with {} for its number
+    alone: str | None = None
     slices: str | None = None
-    solvers: tuple[str, ...] = ()  # that are to get it; why is told in docs/solvers.md
+    solvers: tuple[str, ...] = ()  # that get it; docs/solvers.md says why
 
     def ends(self, parts: int) -> tuple[str, ...]:
         """Ends of the names of all files of a mesh in so many parts: 1 without a partition.
@@ -55,7 +63,7 @@ class Format:
         return (*self.files, *map(self.piece.format, range(parts)))
 
     def load(self) -> None:
-        """Load what writes the format, which else is loaded when it is used."""
+        """Load the writer now; by default it is loaded when it is used."""
         for function in (self.writer, self.slices):
             if function is not None:
                 _loaded(function)
@@ -70,11 +78,11 @@ class Format:
         _loaded(self.slices)(mesh, path)
 
     def names(self, mesh: "Mesh") -> dict[str, str] | None:
-        """Spelling of each group's name, if it holds names."""
+        """Spelling of each group's name; None if the format holds no names."""
         return None if self.speller is None else _loaded(self.speller)(mesh)
 
     def holds_all_of(self, mesh: "Mesh") -> bool:
-        """Whether the labelled points and periodic pairs of a mesh have a place in it."""
+        """Whether it can hold the labelled points and periodic pairs of a mesh."""
         return (self.points or not len(mesh.labelled_nodes)) and (self.periodic or not len(mesh.periodic))
 
 
@@ -219,19 +227,19 @@ else:
 
 
 def format_named(name: str) -> Format:
-    """Look up a format by its name; an unknown one is a CaseError."""
+    """The format of a name; CaseError if it is unknown."""
     if name not in FORMATS:
         raise CaseError(unknown("format", name, FORMATS, len(FORMATS)))
     return FORMATS[name]
 
 
 def formats_for(solvers: Iterable[str]) -> tuple[str, ...]:
-    """Formats of all of these solvers, each once; an unknown solver is a KeyError."""
+    """Formats of all of the solvers, each once; KeyError if a solver is unknown."""
     return tuple(dict.fromkeys(name for solver in solvers for name in FORMATS_FOR[solver]))
 
 
 def stems(name: str, formats: Iterable[str]) -> list[tuple[str, str]]:
-    """Each format with the stem of its files: the name, and the format's too where another one had its ending first."""
+    """Each format with the stem of its files: the name; with that of the format if an earlier one has its ending."""
     firsts: dict[str, str] = {}
     return [
         (form, name if firsts.setdefault(format_named(form).files[0], form) == form else f"{name}.{form}")
@@ -240,37 +248,34 @@ def stems(name: str, formats: Iterable[str]) -> list[tuple[str, str]]:
 
 
 def whole_only(formats: Iterable[str]) -> list[str]:
-    """Return those of the formats that need all of a mesh at once."""
+    """The formats, among these, that need all of a mesh at once."""
     return [name for name in formats if format_named(name).slices is None]
 
 
 def without_partition(formats: Iterable[str]) -> list[str]:
-    """Return those of the formats that have no place for a partition."""
+    """The formats, among these, that cannot hold a partition."""
     return [name for name in formats if not format_named(name).partition]
 
 
 def formats_by_ending(file: str) -> list[str]:
-    """Return the formats whose files end like the given file name, which has to have a stem before that.
-
-    Endings may be in capital letters.
-    """
+    """The formats with the ending of a file name, which must have a stem; endings may be in capital letters."""
     ends = {name: form.files[0] for name, form in FORMATS.items()}
     return [name for name, end in ends.items() if file.lower().endswith(end) and len(file) > len(end)]
 
 
 def unknown_ending(file: str, advice: str = "") -> CaseError:
-    """Make the error for a file whose name has the ending of no format, with more advice behind that on endings."""
+    """Error for a file whose name has the ending of no format; further advice follows that on endings."""
     ends = ", ".join(dict.fromkeys(form.files[0] for form in FORMATS.values()))
     return CaseError(f"{file}: unknown ending for a mesh file: choose one of {ends}{advice}")
 
 
 def stem_of(file: str, name: str) -> str:
-    """Return the name of a format's file without the ending."""
+    """The name of a file without the ending of its format."""
     return file[: -len(FORMATS[name].files[0])]
 
 
 def require_order(formats: Iterable[str], order: int) -> None:
-    """Check that all formats have a form for triangles of an order; else it is a CaseError."""
+    """Check that all formats can hold triangles of an order; CaseError if not."""
     for name in formats:
         if order not in format_named(name).orders:
             able = ", ".join(known for known, form in FORMATS.items() if order in form.orders)
@@ -278,14 +283,14 @@ def require_order(formats: Iterable[str], order: int) -> None:
 
 
 def require_no_sizes(formats: Iterable[str]) -> None:
-    """Check that no format tells sizes, for coordinates that are not those of the packing; else it is a CaseError."""
+    """Check that no format holds sizes, if coordinates are not those of the packing; CaseError if one does."""
     for name in formats:
         if format_named(name).sizes:
             raise CaseError(f"{name} holds sizes, which are no lengths in the system of crs.to: set crs.to: auto")
 
 
 def _loaded(function: str) -> Callable[..., Any]:
-    """The function of this package, as ``write.gmsh.write_msh``."""
+    """The function of a name such as ``write.gmsh.write_msh`` in this package."""
     module, _, name = function.rpartition(".")
     loaded: Callable[..., Any] = getattr(import_module(f"{__package__}.{module}"), name)
     return loaded

@@ -1,4 +1,4 @@
-"""Groups of cells, labels of edges, regions of triangles and labelled points, as files know them: ids and names."""
+"""Groups in mesh files: ids and names for labels of edges, regions of triangles and labelled points."""
 
 import re
 import unicodedata
@@ -19,7 +19,7 @@ LABELS_FILE = ".labels.json"
 PARTITION, NODE_OWNER = "partition", "owner"  # data of triangles and of nodes: the part that has each
 GLOBAL_NODE, GLOBAL_CELL = "GlobalNodeId", "GlobalElementId"  # data of pieces: numbers in the whole mesh
 ENDS = "periodic-ends"  # name of the points where periodic sides meet others
-LARGEST_TAG = 2**53  # above, numbers in floating point have no ones
+LARGEST_TAG = 2**53  # above, floating-point numbers do not hold all integers
 LONGEST_WORD = 60  # characters of a plain word; CalculiX and Abaqus allow 80
 
 Fields = Mapping[str, Floats]
@@ -33,7 +33,7 @@ class Group(NamedTuple):
     dimension: int
 
 
-# What meshio calls facets and cells, by the number of their nodes.
+# meshio's names of facets and cells, by the number of their nodes.
 FACET_KINDS = {2: "line", 3: "line3"}
 CELL_KINDS = {3: "triangle", 6: "triangle6", 4: "quad", 9: "quad9"}
 
@@ -44,7 +44,7 @@ def facet_ids(mesh: Mesh) -> Integers:
 
 
 def region_ids(mesh: Mesh) -> Integers:
-    """Return the (t,) region ids of the triangles: those after the labels', as some readers know groups by id alone."""
+    """Region ids (t,) of the triangles, which follow those of labels, as some readers know groups by id alone."""
     return mesh.triangle_regions.astype(np.int64) + 1 + len(mesh.labels)
 
 
@@ -73,10 +73,10 @@ def point_ids(mesh: Mesh) -> Integers:
 
 
 def group_names(mesh: Mesh) -> dict[str, Group]:
-    """Return the group of each label, each region and each labelled point by its name, in the order of the ids.
+    """Groups of the labels, regions and labelled points by their names, in the order of the ids.
 
-    Readers keep one group for each name, so that a region or a point which shares its name with an earlier group gets
-    a longer one. A name that not every format can hold, or that two labels, regions or points have, is a CaseError.
+    Readers keep one group for each name, so that a region or a point with the name of an earlier group gets a longer
+    name. CaseError if a name does not fit all formats, or if two labels, two regions or two points have the same one.
     """
     kinds = [(mesh.labels, 1, ""), (mesh.regions, 2, "_region"), (mesh.point_labels, 0, "_point")]
     found: dict[str, Group] = {}
@@ -109,10 +109,10 @@ def as_they_are(mesh: Mesh) -> dict[str, str]:
 
 
 def plain_words(mesh: Mesh, reserved: Iterable[str] = (), dimensions: Iterable[int] = (0, 1, 2)) -> dict[str, str]:
-    """Return for the name of each group of these dimensions a word of letters, digits, ``_`` and ``-``.
+    """For the name of each group of the given dimensions, a word of letters, digits, ``_`` and ``-``.
 
-    It begins with a letter. The words differ in more than upper and lower case, as some readers know one of them only;
-    none is a reserved one, which are given in upper case.
+    The words begin with a letter, and differ by more than case, which some readers ignore. No word is a reserved one;
+    these are given in upper case.
     """
     words: dict[str, str] = {}
     taken = set(reserved)
@@ -136,14 +136,24 @@ def names_of_points(mesh: Mesh) -> list[str]:
 
 
 def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *, complete: bool) -> str | None:
-    """Text of the sidecar: id and dimension of each group by name, and its name in a format that spells it otherwise.
+    """Text of the sidecar: id and dimension of each group by name, and its name in formats that spell it differently.
 
-    Labelled points have the numbers of their nodes, from 0, and periodic sides the label of their counterpart with
-    the shift to it.
+    Labelled points have the numbers of their nodes, from 0; periodic sides the label of their counterpart and the shift
+    to it.
 
-    ``spellings`` holds for each format that is written the spelling of each name, or None if it holds ids only;
-    ``complete`` tells that the formats hold labelled points and periodic pairs, as far as the mesh has any. None if
-    every format holds the names as they are, and all else.
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    spellings
+        For each format that is written, the spelling of each name; None if it has ids only.
+    complete
+        Whether all formats hold the labelled points and periodic pairs of the mesh.
+
+    Returns
+    -------
+    str or None
+        None if no sidecar is needed, since every format holds everything, with the names as they are.
     """
     more = _places(mesh) | _counterparts(mesh)
     entries = {}
@@ -172,19 +182,19 @@ def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:
     return found
 
 
-# What the readers of meshio and the writers of this package call the numbers of groups.
+# Names of the numbers of groups in readers of meshio and writers of this package.
 TAGS = ("gmsh:physical", "medit:ref", "su2:tag", "cell_tags", "material", "label")
 POINT_TAGS = ("point_tags", "node_groups")  # the same of nodes: those of MED, of SfePy
-# Names under which formats, solvers and writers of this package keep numbers of groups and parts among the data.
+# Names of data that are numbers of groups and parts in formats, solvers and writers of this package.
 KEPT = {*TAGS, *POINT_TAGS, "mat_id", "attribute", "Label", PARTITION, NODE_OWNER, GLOBAL_NODE, GLOBAL_CELL}
 DIMENSIONS = {"point": 0, "label": 1, "region": 2}
 
 
 def cell_groups(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str, ...], Integers]:
-    """Names of the groups that the cells of some blocks are in, and the index (c,) of each cell's group.
+    """Names of the groups of the cells in some blocks, and the index (c,) of each cell's group.
 
-    The blocks of a `meshio.Mesh` are given by their numbers, all of one kind of group; ``noun``, point, label or
-    region, is what a group is called whose name the file does not tell. Both are empty where the file has no such
+    The blocks of a `meshio.Mesh` are given by their numbers, all with the same kind of group. Groups without a name are
+    called by the ``noun`` (point, label or region) and their number. Both results are empty if the file has no such
     groups.
     """
     for name in TAGS:
@@ -207,7 +217,7 @@ def _name(mesh: Any, tag: int, noun: str) -> str:
 
 
 def _of_sets(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str, ...], Integers]:
-    """Groups by the sets of cells that the file names; of several sets with a cell the smallest counts."""
+    """Groups by the sets of cells that the file names; a cell in several sets belongs to the smallest."""
     counts = [len(mesh.cells[k].data) for k in blocks]
     start = np.cumsum([0, *counts])
     sets = {}

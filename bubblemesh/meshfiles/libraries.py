@@ -1,4 +1,4 @@
-"""Meshes for other Python libraries, with labels and regions as each keeps them; imported when they are used."""
+"""Meshes for other Python libraries, with their forms of labels and regions; libraries are imported when used."""
 
 from importlib import import_module
 from inspect import signature
@@ -13,7 +13,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import measures_of
 from bubblemesh.meshfiles.groups import cell_ids, cell_values, facet_ids, group_names, region_ids
 
-# What installs each library, by the name of its package.
+# Command that installs each library, by the name of its package.
 COMMANDS = {
     "pyvista": "pip install pyvista",
     "skfem": "pip install scikit-fem",
@@ -27,7 +27,7 @@ BASIX_NODES = {1: [0, 1, 2], 2: [0, 1, 2, 4, 5, 3]}
 
 
 def library(name: str) -> Any:
-    """A library by the name of its package; a FileError with the command that installs it where it is missing."""
+    """A library by the name of its package; FileError, with the command that installs it, if it is missing."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
@@ -44,8 +44,8 @@ def in_space(points: Floats) -> Floats:
 def to_pyvista(mesh: Mesh) -> Any:
     """An unstructured grid of the cells and, after them, of the labelled edges.
 
-    Its cells have ``group``, the number of the region or label from 1 on in ``field_data["groups"]``, and ``quality``,
-    which edges do not have (NaN), and of which quadrilaterals have the mean of their halves.
+    The data of its cells are ``group``, the number, from 1 on, of a region or label in ``field_data["groups"]``, and
+    ``quality``: NaN for edges, the mean of their halves for quadrilaterals.
     """
     pyvista = library("pyvista")
     blocks = [*(cells.nodes for cells in mesh.cells), mesh.facets]
@@ -75,7 +75,7 @@ def to_skfem(mesh: Mesh) -> Any:
 def to_dolfinx(mesh: Mesh, comm: Any = None) -> tuple[Any, Any, Any]:
     """A mesh of dolfinx, the tags of its cells, and those of its facets; the tags are the ids of regions and labels.
 
-    The mesh is spread over the processes of an MPI communicator, by default all there are.
+    The mesh is distributed over the processes of an MPI communicator, by default all processes.
     """
     dolfinx, mpi = library("dolfinx"), import_module("mpi4py.MPI")
     comm = comm or mpi.COMM_WORLD
@@ -105,7 +105,7 @@ def _created(dolfinx: Any, comm: Any, cells: Integers, points: Floats, order: in
 
 
 def _facet_nodes(found: Any) -> Integers:
-    """Nodes (f, 2) of each facet of a mesh of dolfinx, by the numbers that they were given by."""
+    """Nodes (f, 2) of each facet of a mesh of dolfinx, by their original numbers."""
     vertices = found.topology.connectivity(2, 0).array.reshape(-1, 3)
     dofmap = found.geometry.dofmap
     nodes = np.asarray(getattr(dofmap, "array", dofmap)).reshape(len(vertices), -1)[:, :3]

@@ -1,11 +1,11 @@
-"""What meshio does not know of MED files: a kind of cells, families without groups, names in UTF-8."""
+"""Features of MED files that meshio lacks: a kind of cells, families without groups, names in UTF-8."""
 
 from collections.abc import Mapping
 from typing import Any
 
 
 def teach_med() -> None:
-    """Let meshio write and read quadrilaterals of nine nodes in MED files, and read all families."""
+    """Extend meshio to write and read quadrilaterals of nine nodes in MED files, and to read all families."""
     from meshio.med import _med
 
     _med.meshio_to_med_type.setdefault("quad9", "QU9")
@@ -14,7 +14,7 @@ def teach_med() -> None:
 
 
 def families(stored: Mapping[str, Any]) -> dict[int, list[str]]:
-    """Names of the groups of each family, by its number, of those that a file has stored."""
+    """Names of the groups of each family in a file, by the number of the family."""
     return {family.attrs["NUM"]: _groups(family) for family in stored.values()}
 
 

@@ -17,7 +17,7 @@ from bubblemesh.messages import counted, place
 COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
 SAME_AS_M12 = {3: 1, 4: 2, 9: 3}  # column of m21, by the same
 TENSORS_TOLD = (*MMG, ".sol", ".pos")  # endings of files whose formats have a kind of data for tensors
-UNEQUAL = 1e-6  # relative difference of the two that is more than rounding of short numbers
+UNEQUAL = 1e-6  # relative difference of m12 and m21 that is more than rounding of short numbers
 
 
 def read_metric(path: Path, name: str | None, chosen_by: str = "--field") -> NodalField:
@@ -39,10 +39,9 @@ def read_metric(path: Path, name: str | None, chosen_by: str = "--field") -> Nod
 
 
 def with_metric(read: MeshWithData, name: str | None = None) -> MeshWithData:
-    """The mesh with a metric among the data of its triangles: by that at its nodes if they have none.
+    """The mesh with a metric among the data of its triangles; if it is missing there, made from that at the nodes.
 
-    With a ``name`` it is by that data at the nodes in any case. CaseError if there is none at the nodes either, or more
-    than one.
+    With a ``name`` it is always made from that data at the nodes. CaseError if the nodes have no metric, or several.
     """
     if name is None and tensors_in(read.cell_data) is not None:
         return read
@@ -61,10 +60,10 @@ def with_metric(read: MeshWithData, name: str | None = None) -> MeshWithData:
 
 
 def metric_of(read: MeshWithData, path: Path) -> tuple[Floats, Floats] | None:
-    """The metric of a mesh from a file, of its triangles (t, 3) and at its nodes (n, 3); None if it has none for sure.
+    """The metric of a mesh from a file, for triangles (t, 3) and nodes (n, 3); None if the data is not surely a metric.
 
-    What the file has only for one of both is carried over by the mean of the logarithms. Data at the nodes counts in
-    formats that tell tensors from other data with as many numbers.
+    If the file has only one of both, the other is made by the mean of logarithms. Data at the nodes is used only in
+    formats that distinguish tensors from other data with as many numbers.
     """
     triangles, of_triangles = read.mesh.triangles, tensors_in(read.cell_data)
     if of_triangles is not None:
@@ -74,13 +73,13 @@ def metric_of(read: MeshWithData, path: Path) -> tuple[Floats, Floats] | None:
         return None
     try:
         at_nodes = _at_nodes(read, names[0])
-    except CaseError:  # a tensor of another kind, as a stress
+    except CaseError:  # a tensor of another kind, such as a stress
         return None
     return at_centroids(triangles[:, :3], at_nodes), at_nodes
 
 
 def _at_nodes(read: MeshWithData, name: str) -> Floats:
-    """Positive tensors (n, 3) of the data of a name at the nodes; CaseError if it is no metric."""
+    """Positive tensors (n, 3) from the data of a name at the nodes; CaseError if it is not a metric."""
     values = read.point_data[name]
     with prefixed(name):
         return _tensors(read.mesh.points, values.reshape(len(values), -1))
@@ -92,7 +91,7 @@ def _names(data: Mapping[str, Any]) -> list[str]:
 
 
 def _tensors(points: Floats, values: Floats) -> Floats:
-    """Positive tensors (n, 3) of values (n, k) at points (n, 2); CaseError if they are none."""
+    """Positive tensors (n, 3) from values (n, k) at points (n, 2); CaseError if they are not positive tensors."""
     columns = COLUMNS.get(values.shape[1])
     if columns is None:
         raise CaseError(

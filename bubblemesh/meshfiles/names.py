@@ -1,4 +1,4 @@
-"""Names of groups that a mesh file knows by numbers or other words, from the file of labels beside it."""
+"""Names of groups for which a mesh file has only numbers or other words, from the file of labels beside it."""
 
 import json
 from collections.abc import Mapping
@@ -15,9 +15,9 @@ from bubblemesh.meshfiles.sources.source import Source
 
 
 def named(source: Source, path: Path) -> Source:
-    """The source with the names that NAME.labels.json beside the file tells; as it is, with a note if that is damaged.
+    """The source with names from NAME.labels.json beside the file; unchanged, with a note, if that is damaged.
 
-    Names that the file itself has go first, as its format spells them.
+    Names in the file itself come first, in the spelling of its format.
     """
     beside = _labels_file(path)
     if beside is None:
@@ -39,9 +39,9 @@ def named(source: Source, path: Path) -> Source:
 
 
 def _spelling(source: Source, path: Path, entries: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """The true name of each word in the file, by that format of its ending whose words these are.
+    """The true name of each word in the file, for the format of its ending in which all of these words occur.
 
-    The same word may stand for other names in other formats.
+    The same word may stand for different names in different formats.
     """
     used = {*source.field_data, *source.cell_sets, *(name for names in source.cell_tags.values() for name in names)}
     forms = [None, *(name for name, form in FORMATS.items() if form.files[0].endswith(path.suffix.lower()))]
@@ -57,7 +57,7 @@ def _labels_file(path: Path) -> Path | None:
 
 
 def _entries(table: Any) -> dict[str, dict[str, Any]]:
-    """Id, dimension and other spellings of each name; ValueError if the table is none of this kind."""
+    """Id, dimension and other spellings of each name; ValueError if the table has another form."""
     if not isinstance(table, Mapping) or not all(isinstance(entry, Mapping) for entry in table.values()):
         raise ValueError("no table")
     found = {}

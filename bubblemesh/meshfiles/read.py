@@ -1,4 +1,12 @@
-"""Reads plane triangles, their labels and their data from mesh files of any format."""
+"""Reading of plane triangles, their labels and their data from mesh files of any format.
+
+There are several functions, for different purposes:
+
+- `read_triangles`: triangles as the file has them, with everything else in the file,
+- `read_mesh`: a mesh with labels, regions and data, in either orientation,
+- `whole.whole_mesh`: a mesh that is counter-clockwise and has labels on all of its boundary,
+- `fields.read_field` and `fields.read_nodal_field`: one field of data on triangles.
+"""
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
@@ -23,7 +31,7 @@ from bubblemesh.meshfiles.sources.table import read_source, require_mesh
 from bubblemesh.messages import LONGEST_REASON, cause, place
 from bubblemesh.records import record
 
-# Endings of files whose readers open no further one.
+# Endings of files whose readers open no further files.
 SELF_CONTAINED = ".msh", ".pos", ".vtk", ".vtu", ".frd", ".14", ".grd", ".gr3", ".2dm", ".nc"
 EDGES = ("line", "line3")
 NO_FACES = (*EDGES, "vertex")
@@ -40,22 +48,22 @@ LINEAR = ("triangle", "quad")
 
 @record
 class MeshFile:
-    """The triangles of a mesh file, and all else that it holds."""
+    """The triangles of a mesh file, and everything else in it."""
 
     path: Path
     points: Floats  # (n, 2) of the nodes that triangles use
-    nodes: Integers  # (n,) numbers of these in the file
-    index: Integers  # (m,) of each of the file's nodes among these, -1 for others
-    triangles: Integers  # (t, 3) in any orientation
-    cells: Integers  # (t,) number of the part of a face, among all of them, that each triangle is of
-    quads: Integers  # (q, 2) pairs of triangles that are a convex quadrilateral of the file
-    left_out: tuple[str, ...]  # kinds of cells that are none of the faces asked for, nor edges or points
+    nodes: Integers  # (n,): numbers of these nodes in the file
+    index: Integers  # (m,): index of each of the file's nodes among these, -1 for unused ones
+    triangles: Integers  # (t, 3), in any orientation
+    cells: Integers  # (t,): number of the part of a face, among all parts, to which each triangle belongs
+    quads: Integers  # (q, 2): pairs of triangles that are a convex quadrilateral of the file
+    left_out: tuple[str, ...]  # kinds of cells other than the requested faces, edges and points
     source: Source
-    faces: tuple[int, ...]  # blocks of the source's cells that the triangles are of
+    faces: tuple[int, ...]  # blocks of the source's cells to which the triangles belong
 
     @property
     def curved(self) -> tuple[str, ...]:
-        """What there is to tell of faces with nodes beside their corners; FileError if one has a node not there."""
+        """Notes on faces that may fold over because of nodes other than corners; FileError if a node is missing."""
         blocks = [self.source.cells[k] for k in self.faces]
         with prefixed(self.path):
             return curved_notes(self.source.points, [block for block in blocks if block.type not in LINEAR])
@@ -68,12 +76,26 @@ def read_triangles(
     *,
     as_they_are: bool = False,
 ) -> MeshFile:
-    """Read the triangles of a mesh file: ``parts`` of each kind of face, given by three or four of its nodes.
+    """Read the triangles of a mesh file.
 
-    Parts with four are cut into two triangles along the better diagonal. The ``refusal`` says why cells of other kinds,
-    but for edges and points, are an error; without it they are left out. If each part has nodes of its own, those in
-    the same place become one, but not if nodes stay ``as_they_are``. FileError if the file cannot be read, holds no
-    triangles, is not plane, or has faulty points or cells.
+    If each part has nodes of its own, nodes in the same place are merged.
+
+    Parameters
+    ----------
+    path
+        The file.
+    parts
+        For each kind of face, the parts into which it is cut, each by three or four of its nodes. Parts with four nodes
+        are cut into two triangles along the better diagonal.
+    refusal
+        Text of an error for cells of other kinds, apart from edges and points; without it they are left out.
+    as_they_are
+        Whether nodes in the same place are not merged.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, holds no triangles, is not plane, or has faulty points or cells.
     """
     source = _read(path)
     others = [block for block in source.cells if block.type not in (*parts, *NO_FACES)]
@@ -117,7 +139,7 @@ def read_triangles(
 
 
 def _parts(block: Block, parts: Mapping[str, Sequence[Sequence[int]]]) -> Integers:
-    """Nodes (p, 3) or (p, 4) of the parts of some cells; FileError if these have no numbers of nodes."""
+    """Nodes (p, 3) or (p, 4) of the parts of a block of cells; FileError if the cells do not have node numbers."""
     chosen, nodes = np.asarray(parts[block.type]), np.asarray(block.data)
     if nodes.dtype.kind not in REAL or nodes.ndim != 2 or nodes.shape[1] <= chosen.max():
         raise FileError(f"has cells of the kind {block.type} whose nodes are no numbers of nodes: it is damaged")
@@ -125,7 +147,7 @@ def _parts(block: Block, parts: Mapping[str, Sequence[Sequence[int]]]) -> Intege
 
 
 class _Cut(NamedTuple):
-    """Triangles (t, 3) of a block, the number (t,) of the cell of each, pairs (q, 2) that are convex, other ones."""
+    """Triangles (t, 3) of a block, the cell (t,) of each, pairs (q, 2) that are convex quadrilaterals, other pairs."""
 
     triangles: Integers
     cells: Integers
@@ -135,7 +157,7 @@ class _Cut(NamedTuple):
 
 
 def _triangles(path: Path, points: Floats, cells: Integers) -> _Cut:
-    """Triangles of cells (m, 3) or (m, 4); a FileError if one of four nodes has no area or crosses itself."""
+    """Triangles of cells (m, 3) or (m, 4); FileError if a quadrilateral has no area or crosses itself."""
     if cells.shape[1] == 3:
         return _Cut(cells, np.arange(len(cells)), np.zeros((0, 2), np.int64), len(cells), 0)
     found = halved(points, cells)
@@ -146,7 +168,7 @@ def _triangles(path: Path, points: Floats, cells: Integers) -> _Cut:
 
 
 def _one_after_the_other(cut: Sequence[_Cut]) -> tuple[Integers, Integers, Integers]:
-    """Triangles, their cells and pairs of all blocks."""
+    """Triangles, their cells, and pairs of all blocks together."""
     triangles = np.cumsum([0, *(len(part.triangles) for part in cut)])
     cells = np.cumsum([0, *(part.whole for part in cut)])
     return (
@@ -163,24 +185,24 @@ def digits(source: Source) -> float:
 
 
 class MeshWithData(NamedTuple):
-    """A mesh of a file with its data; corners only, without ``labels`` and ``regions`` where the file has none."""
+    """A mesh from a file with its data, by corners only; ``labels`` and ``regions`` are empty if the file has none."""
 
     mesh: Mesh  # in any orientation
     cell_data: Mapping[str, Floats]  # (t,) or (t, k)
     point_data: Mapping[str, Floats]  # (n,) or (n, k)
     left_out: tuple[str, ...]  # kinds of cells
-    notes: tuple[str, ...] = ()  # what was chosen of the file
-    curved: tuple[str, ...] = ()  # what there is to tell of cells with nodes beside their corners
+    notes: tuple[str, ...] = ()  # on choices, such as the last of several times
+    curved: tuple[str, ...] = ()  # notes on cells that may fold over because of nodes other than corners
     matching: tuple[Integers, ...] = ()  # nodes (k, 2) of two periodic sides each
     node_sets: tuple[str, ...] = ()  # names of sets of nodes, which are not read
     digits: float = float(np.finfo(float).eps)  # rounding error of coordinates near 1, as the file holds them
 
 
 def read_mesh(path: Path) -> MeshWithData:
-    """Read a mesh file's triangles, labelled edges, regions and data; errors as of `read_triangles`.
+    """Read a mesh file's triangles, labelled edges, regions and data; the same errors as `read_triangles`.
 
-    Quadrilaterals are two triangles each, with the data of their cell. Names that the file does not hold are those of
-    NAME.labels.json beside it.
+    Quadrilaterals become two triangles each, with the data of their cell. Names that the file does not hold are taken
+    from NAME.labels.json beside it.
     """
     file = read_triangles(path)
     source = named(file.source, path)
@@ -205,7 +227,7 @@ def read_mesh(path: Path) -> MeshWithData:
     )
     point_data = {name: np.asarray(values)[file.nodes] for name, values in source.point_data.items()}
     matching = tuple(file.index[nodes] for nodes in source.matching)
-    matching = tuple(nodes[(nodes >= 0).all(axis=1)] for nodes in matching)  # those on edges are in no triangle
+    matching = tuple(nodes[(nodes >= 0).all(axis=1)] for nodes in matching)  # nodes on edges are not in triangles
     return MeshWithData(
         mesh,
         cell_data_of(file),
@@ -220,7 +242,7 @@ def read_mesh(path: Path) -> MeshWithData:
 
 
 def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
-    """Labelled edges (f, 2) in terms of the nodes in use, the index (f,) of each one's label, and the labels."""
+    """Labelled edges (f, 2) by indices of used nodes, the index (f,) of each edge's label, and the labels."""
     source, blocks = file.source, _blocks(file.source, EDGES)
     labels, label = cell_groups(source, blocks, "label")
     if not labels:
@@ -229,15 +251,15 @@ def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
     if edges.min() < 0 or edges.max() >= len(source.points):
         raise FileError(f"{file.path}: an edge has a node that is not there: the file is damaged")
     edges = file.index[edges]
-    kept = (edges >= 0).all(axis=1)  # an edge with a node that is in no triangle is no side of one
+    kept = (edges >= 0).all(axis=1)  # an edge with an unused node is not a side of a triangle
     numbers, label = np.unique(label[kept], return_inverse=True)
     return edges[kept], label, tuple(labels[k] for k in numbers)
 
 
 def _labelled_points(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
-    """Labelled nodes (v,), of those in use, the index (v,) of each one's label, and the labels.
+    """Labelled nodes (v,) among the used ones, the index (v,) of each node's label, and the labels.
 
-    Gmsh's points without a group have the number 0, and ends of periodic sides follow from these.
+    Points of Gmsh without a group have the number 0; ends of periodic sides follow from the sides.
     """
     blocks = _blocks(file.source, ("vertex",))
     labels, label = cell_groups(file.source, blocks, "point")
@@ -254,7 +276,7 @@ def _labelled_points(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...
 
 
 def cell_data_of(file: MeshFile) -> dict[str, Floats]:
-    """Data (t,) or (t, k) of the triangles of a file, by name: that of their cells which are numbers."""
+    """Data (t,) or (t, k) of the triangles of a file, by name, as far as the data of their cells are numbers."""
     data = file.source.cell_data.items()
     return _numbers({name: np.concatenate([np.asarray(of[k]) for k in file.faces])[file.cells] for name, of in data})
 
@@ -270,7 +292,7 @@ def _blocks(source: Any, kinds: Container[str]) -> tuple[int, ...]:
 
 
 def _read(path: Path) -> Source:
-    """Read all that a file holds, of a layer of prisms its lower side; a file that cannot be read is a FileError."""
+    """Read everything in a file, or the lower side of a layer of prisms; FileError if it cannot be read."""
     if is_confined() and path.suffix.lower() not in SELF_CONTAINED:
         raise CaseError(f"{path}: may name other files: an untrusted case gives data as {', '.join(SELF_CONTAINED)}")
     if path == Path("-") and not path.exists():
@@ -283,20 +305,20 @@ def _read(path: Path) -> Source:
         with prefixed(path):
             require_mesh(source)
             require_contained(source)
-            with np.errstate(invalid="raise"):  # of numbers that are none where whole ones are to be
+            with np.errstate(invalid="raise"):  # NaN in place of a whole number
                 return flattened(read_source(source))
     except BubblemeshError:
         raise
-    except MemoryError:  # which a wrong count asks for, too
+    except MemoryError:  # a wrong count may also ask for too much memory
         raise FileError(f"{path}: needs more memory than there is: it is damaged, or has to be thinned out") from None
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}") from error
-    except Exception as error:  # readers of foreign formats fail in any way
+    except Exception as error:  # libraries raise all kinds of errors for damaged files
         raise FileError(f"{path}: is no mesh that can be read ({_reason(error)})") from error
 
 
 def _reason(error: Exception) -> str:
-    """What an error of a reader, or of NumPy and h5py below it, means for the file."""
+    """Text on what an error of a reader, or of NumPy and h5py in it, means for the file."""
     if isinstance(error, IndexError):
         return "it ends too early, or holds less than it tells"
     if isinstance(error, UnicodeDecodeError):

@@ -1,4 +1,4 @@
-"""Text of files: many lines of numbers, fast and at full precision, a report as JSON, the course of a run as CSV."""
+"""Text of files: many lines of numbers, fast and in full precision; reports as JSON; the history of a run as CSV."""
 
 import csv
 import dataclasses
@@ -18,12 +18,12 @@ from bubblemesh.messages import printable
 
 CHUNK = 50_000  # lines formatted at once
 LONGEST_LINE, INDENT = 96, 2  # characters of readable JSON
-FORMULA = re.compile(r"[=@+-](?!(?<=[+-])[0-9.]+([eE][+-]?[0-9]+)?$)")  # beginning of a text that is no number
+FORMULA = re.compile(r"[=@+-](?!(?<=[+-])[0-9.]+([eE][+-]?[0-9]+)?$)")  # beginning of a formula, not of a number
 HISTORY_FILES = (".rounds.csv", ".history.csv")
 
 
 def write_text(path: Path, parts: Iterable[str]) -> None:
-    """Write the parts one after the other as UTF-8, with the same line ends on every system."""
+    """Write the parts one after the other, as UTF-8 with the same line ends on every system."""
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(parts)
 
@@ -31,8 +31,7 @@ def write_text(path: Path, parts: Iterable[str]) -> None:
 def lines(form: str, *columns: NDArray[Any]) -> Iterator[str]:
     """Lines of text, many in each string, filled by columns (n,) or (n, k).
 
-    The form is one line as for ``%``, without its end; ``%r`` gives the shortest text that reads back as the same
-    number.
+    The form is one line for ``%``, without its end; ``%r`` makes the shortest text that reads back as the same number.
     """
     for start in range(0, len(columns[0]), CHUNK):
         chunks = (column[start : start + CHUNK] for column in columns)
@@ -50,27 +49,27 @@ def numbered(count: int) -> NDArray[np.int64]:
 
 
 def listed(numbers: NDArray[Any], width: int) -> str:
-    """Numbers (n,) separated by commas, so many on a line."""
+    """Numbers (n,) separated by commas, ``width`` of them in a line."""
     values = [str(number) for number in numbers.tolist()]
     return "".join(", ".join(values[k : k + width]) + "\n" for k in range(0, len(values), width))
 
 
 def json_text(report: Mapping[str, Any]) -> str:
-    """Return the report as JSON text, keys in the order given, numbers at full precision."""
+    """The report as JSON text, with keys in their order and numbers in full precision."""
     return dumped(json_ready(report), indent=2) + "\n"
 
 
 def dumped(data: Any, **options: Any) -> str:
-    """JSON text of plain data, with its letters as they are but for those that steer a terminal or that UTF-8 lacks."""
+    """JSON text of plain data; letters stay as they are, control characters and invalid ones become escapes."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, **options)
     if text.replace("\n", "").isprintable():
         return text
-    # All that is not printable and no line break stands within a string, where an escape means the same.
+    # Characters that are not printable, apart from line breaks, are within strings, where an escape means the same.
     return "".join(letter if letter.isprintable() or letter == "\n" else json.dumps(letter)[1:-1] for letter in text)
 
 
 def readable_json(data: Any, most_lines: int) -> tuple[str, int]:
-    """JSON text in lines of some length, at most so many, and the number of lines that were left out."""
+    """JSON text in at most ``most_lines`` lines of readable length, and the number of lines left out."""
     lines = _json_text(json_ready(data), 0).split("\n")
     return "\n".join(lines[:most_lines]), max(len(lines) - most_lines, 0)
 
@@ -90,17 +89,16 @@ def _json_text(value: Any, indent: int) -> str:
 
 
 def json_ready(value: Any) -> Any:
-    """Turn NumPy values, records, paths and tuples into what JSON knows; NaN and infinity become None.
+    """Convert NumPy values, records, paths and tuples to values of JSON; NaN and infinity become None.
 
-    Records and named tuples become mappings by the names of their fields. A value that JSON has no form for is a
-    TypeError.
+    Records and named tuples become mappings by the names of their fields. TypeError for other types.
     """
     if value is None or isinstance(value, (str, int, bool)):
         return value
-    if type(value) is dict:  # as nearly all are, of very many
+    if type(value) is dict:  # first, as this is by far the most frequent type
         return {str(key): json_ready(item) for key, item in value.items()}
     if isinstance(value, (np.generic, np.ndarray)):
-        # A 0-dimensional array and a scalar of a subclass of float both become a Python number here.
+        # A 0-dimensional array, and a scalar of a subclass of float, become a Python number.
         return json_ready(value.tolist())
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
@@ -118,9 +116,9 @@ def json_ready(value: Any) -> Any:
 
 
 def history_tables(rounds: Sequence[dict[str, Any]], speeds: Sequence[Floats]) -> dict[str, str]:
-    """CSV of the rounds, one row for each, and of the steps, by the ends of their files' names.
+    """Tables as CSV of the rounds and of the steps, one row for each, by the ends of their files' names.
 
-    The keys of the rounds' figures become columns; ``speeds`` are the mean speeds of the bubbles after each step of
+    The keys of the rounds' figures become columns; ``speeds`` are the mean speeds of the bubbles after each step, for
     each round.
     """
     moves = ((number, speed) for number, course in enumerate(speeds, start=1) for speed in course.tolist())
@@ -131,7 +129,7 @@ def history_tables(rounds: Sequence[dict[str, Any]], speeds: Sequence[Floats]) -
 
 
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
-    """CSV of rows of cells, in which no text steers a terminal or is a formula to a spreadsheet."""
+    """CSV of rows of cells, without control characters, and without formulas for spreadsheets."""
     text = io.StringIO()
     cells = ([harmless(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
     csv.writer(text, lineterminator="\n").writerows(cells)
@@ -139,6 +137,6 @@ def csv_text(rows: Iterable[Iterable[Any]]) -> str:
 
 
 def harmless(cell: str) -> str:
-    """Text of a cell in one line, after an apostrophe if a spreadsheet would take it for a formula."""
+    """Text of a cell in one line; it begins with an apostrophe if a spreadsheet would read it as a formula."""
     line = printable(cell).replace("\n", "\\n")
     return f"'{line}" if FORMULA.match(line) else line

@@ -1,4 +1,4 @@
-"""Files that appear together and whole, or not at all, and that a power cut does not take away again."""
+"""Files that appear together and complete, or not at all, and that survive a power cut."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -16,18 +16,31 @@ _PREFIX = ".bubblemesh-"
 
 @contextmanager
 def transaction(folder: Path, prefix: str = _PREFIX, *, lasting: bool = True) -> Iterator[Path]:
-    """Give a staging directory, whose files move into the folder when the block ends without an exception.
+    """Staging directory, whose files are moved into the folder when the block ends without an exception.
 
-    Its name starts with ``prefix``. The folder is made if it is missing. When the block has ended, ``lasting`` files
-    are on the disk, whatever happens to the machine; others may be in its memory still. After an exception,
-    KeyboardInterrupt included, the folder and its old files are as they were. A symbolic link that has the name of a
-    new file is replaced, not followed. Any OSError becomes a FileError with the path and the reason; it is one also if
-    something other than a file is in the way.
+    After an exception, KeyboardInterrupt included, the folder and its old files are as they were. A symbolic link with
+    the name of a new file is replaced, not followed. From the moment when files are moved, a time limit of the run ends
+    nothing any more.
+
+    Parameters
+    ----------
+    folder
+        Where the files are to be; it is made if it is missing.
+    prefix
+        Beginning of the name of the staging directory.
+    lasting
+        Whether the files must survive a power cut once the block has ended.
+
+    Raises
+    ------
+    FileError
+        For any OSError, with the path and the reason; and if something other than a file has the name of a new file.
     """
     try:
         with (
             existing(folder, lasting),
-            # Who has a prefix of his own tidies by himself: to look through a large folder for each case takes long.
+            # A caller with a prefix of its own removes old folders itself: searching a large folder each time takes
+            # long.
             temporary_folder(folder, prefix, tidy=prefix == _PREFIX) as staging,
         ):
             yield staging
@@ -47,9 +60,9 @@ def _culprit(error: OSError, folder: Path) -> Path:
 
 
 def require_room(folder: Path, names: Iterable[str]) -> None:
-    """Check that nothing but files have names of a folder that files are to have; FileError if something has.
+    """Check that names in a folder are free or those of files, so that files can have them.
 
-    It is one too if the folder, or one that it is in, has too long a name.
+    FileError if not, or if the name of the folder, or of one around it, is too long.
     """
     if any(bytes_of_name(part) > LONGEST_FILE_NAME for part in folder.parts):
         raise FileError(f"cannot write into {folder}: this is too long a name: shorten it")
@@ -60,9 +73,9 @@ def require_room(folder: Path, names: Iterable[str]) -> None:
 
 
 def require_writable(folder: Path, names: Iterable[str] = ()) -> None:
-    """Check, before the work whose results they are, that files of these names can come into a folder.
+    """Check, before the work for them begins, that files with these names can be written into a folder.
 
-    It need not be there yet; nothing is left in it, and it is not made. FileError as of `transaction` and
+    The folder need not exist, and is not made; nothing is left in it. The same FileError as `transaction` and
     `require_room`.
     """
     require_room(folder, names)
@@ -75,7 +88,7 @@ def require_writable(folder: Path, names: Iterable[str] = ()) -> None:
 
 
 def _require_folder(folder: Path) -> None:
-    """Check that a folder is one, or that nothing is there."""
+    """Check that a path is a folder, or that nothing is there."""
     if folder.is_symlink() and not folder.exists():
         raise FileError(f"cannot write into {folder}: it is a symbolic link that leads nowhere")
     if folder.exists() and not folder.is_dir():
@@ -86,7 +99,7 @@ def _require_folder(folder: Path) -> None:
 def existing(folder: Path, lasting: bool) -> Iterator[None]:
     """Make the folder and its parents, and remove those made here, if they are empty, after an exception.
 
-    FileError if something else is in the way. The names of those made are ``lasting`` if no power cut may take them.
+    FileError if something else has the name. With ``lasting``, the new folders survive a power cut.
     """
     _require_folder(folder)
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
@@ -103,10 +116,11 @@ def existing(folder: Path, lasting: bool) -> Iterator[None]:
 
 
 def _publish(staging: Path, folder: Path, lasting: bool) -> None:
+    """Move the files of the staging directory into the folder, all of them or none."""
     names = sorted(path.name for path in staging.iterdir() if path.name != OWNER)
     require_room(folder, names)
     for name in names if lasting else ():
-        sync(staging / name)  # before the file has its name: a power cut leaves the old one or the whole new one
+        sync(staging / name)  # before it gets its name: a power cut leaves the old file or the complete new one
     with TemporaryDirectory(prefix=_PREFIX, dir=staging) as kept:
         touched: list[str] = []
         try:

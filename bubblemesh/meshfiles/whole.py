@@ -1,4 +1,4 @@
-"""The mesh of a file with all that meshes have: triangles that turn one way, labels of the whole boundary, a region."""
+"""Complete meshes from files: counter-clockwise triangles, labels on the whole boundary, at least one region."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -18,15 +18,15 @@ from bubblemesh.messages import shown
 
 ALL_NODES = "NALL"  # set of files for CalculiX
 BOUNDARY = "boundary"  # label of boundary edges that have none
-MOVED = 1e-6  # of the extent: by how much nodes of periodic sides may be elsewhere than their counterparts, shifted
-# Factors to a depth of data at nodes, as coasts' formats call it: depth, or the height of the bed.
+MOVED = 1e-6  # of the extent: tolerance for nodes of periodic sides and their shifted counterparts
+# Names in formats of coasts of data at nodes that give a depth, with factors: depth, or the height of the bed.
 DEPTHS = {"depth": 1.0, "elevation": -1.0, "bottom": -1.0, "z": -1.0}
 
 
 def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
-    """Mesh of a file, and what of the file is not in it; errors as of `read_triangles`.
+    """Mesh of a file, and notes on what of the file is missing in it; the same errors as `read_triangles`.
 
-    Of its data it keeps the metric, if there is one, for triangles and nodes.
+    Of the data only a metric is kept, for triangles and nodes.
     """
     read = read_mesh(path)
     mesh = read.mesh
@@ -54,7 +54,7 @@ def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
 
 
 def _with_periodic(mesh: Mesh, matching: Sequence[Integers]) -> tuple[Mesh, tuple[str, ...]]:
-    """The mesh with pairs of facets whose nodes (k, 2) match, and a note on sides of which that cannot be told."""
+    """The mesh with pairs of facets whose nodes (k, 2) match, and a note on sides for which they cannot be found."""
     n, outer = len(mesh.points), np.flatnonzero(mesh.outer)
     keys = edge_keys(mesh.facets[outer], n)
     order = np.argsort(keys)
@@ -81,7 +81,7 @@ def _depth(data: Mapping[str, Floats]) -> Floats:
 
 
 def with_boundary(mesh: Mesh) -> Mesh:
-    """The mesh with its boundary edges as facets, the domain on their left, and a label where they had none."""
+    """The mesh with all boundary edges as facets, with the domain on the left, and a label for those without."""
     sides, n = directed_sides(mesh.triangles), len(mesh.points)
     rim = sides[one_sided(sides, n)]
     facets = _along(mesh.facets[:, :2], rim, n)
@@ -96,6 +96,6 @@ def with_boundary(mesh: Mesh) -> Mesh:
 
 
 def _along(facets: Integers, rim: Integers, n: int) -> Integers:
-    """The facets (f, 2), those of the boundary in the direction of its sides ``rim`` (b, 2)."""
+    """The facets (f, 2), with those of the boundary in the direction of its sides ``rim`` (b, 2)."""
     against = np.isin(edge_keys(facets[:, ::-1], n), edge_keys(rim, n))
     return np.where(against[:, None], facets[:, ::-1], facets)

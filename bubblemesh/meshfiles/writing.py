@@ -47,33 +47,33 @@ def write_files(
 ) -> dict[str, Any]:
     """Write a mesh in several formats, and the report, all of them or none.
 
-    NAME.labels.json tells the ids of all names where a format cannot or spells them otherwise, and what else of
-    labelled points and periodic sides a format has no place for; NAME.sol holds the metric of a mesh beside NAME.mesh.
+    NAME.labels.json has the ids of all names, if a format has no names or spells them differently, and the labelled
+    points and periodic sides, if a format cannot hold them. NAME.sol has the metric of a mesh, beside NAME.mesh.
 
     Parameters
     ----------
     mesh, fields
-        The fields are ``quality`` and ``target_spacing`` of each triangle; a mesh in slices, which only some formats
-        take, has its own.
+        The fields are ``quality`` and ``target_spacing`` of each triangle. A mesh in slices, which only some formats
+        accept, has its own fields.
     report : mapping
-        Is written to NAME.report.json, and returned, with the names of all files, relative to the folder, under
-        ``files``, and the time of writing the meshes under ``seconds``.
+        Written to NAME.report.json, and returned, with the names of all files, relative to the folder, under ``files``,
+        and the time of writing the meshes under ``seconds``.
     folder, name, formats
-        The folder is made if it is missing; formats are keys of ``FORMATS``, and of two with one ending the second
-        writes NAME.FORMAT.ENDING.
+        The folder is made if it is missing. Formats are keys of ``FORMATS``; if two have the same ending, the second
+        one is written to NAME.FORMAT.ENDING.
     tables : mapping of str to str
-        Text of more files, by the end of their names.
+        Texts of further files, by the ends of their names.
     page : callable, optional
-        Makes the text of NAME.html from the report as written but for the time that this takes.
+        Makes the text of NAME.html from the report, which does not have the time for this yet.
     ending : str, optional
-        That of the first file where it is spelled otherwise than by its format, as in NAME.MSH.
+        Ending of the first file, if it is spelled differently from its format's, as in NAME.MSH.
     lasting : bool
-        Whether a power cut may not take the files; those that are read at once need not be brought to the disk.
+        Whether the files must survive a power cut; files that are read at once need not.
 
     Raises
     ------
     CaseError
-        If a format is unknown or has no form for the order of the triangles, or the name is no file name.
+        If a format is unknown or cannot hold triangles of this order, or the name cannot be that of a file.
     FileError
         If a file cannot be written, or two of them would have the same name.
     """
@@ -106,9 +106,9 @@ def write_files(
 def file_names(
     name: str, formats: Sequence[str], tables: Iterable[str] = (), parts: int = 1, ending: str | None = None
 ) -> list[str]:
-    """Names of all files of a mesh in so many parts, the report last; an impossible name or format is a CaseError.
+    """Names of all files of a mesh with a number of parts, the report last; CaseError for an impossible name or format.
 
-    The first one may have its own ``ending``.
+    The first file may have its own ``ending``.
     """
     meshes = [stem + end for form, stem in stems(name, formats) for end in format_named(form).ends(parts)]
     meshes[:1] = meshes[:1] if ending is None else [name + ending]
@@ -116,7 +116,7 @@ def file_names(
 
 
 def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> dict[str, Any]:
-    """Write a mesh in the format of the path's ending, and STEM.report.json beside it; else as `write_files`."""
+    """Write a mesh in the format of the path's ending, and STEM.report.json beside it, as `write_files` does."""
     form, stem = _form_at(path)
     return write_files(mesh, fields, report, path.parent, stem, [form], ending=path.name.removeprefix(stem))
 
@@ -124,7 +124,7 @@ def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path
 def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
     """Write a mesh in the format of the path's ending without a report or labels, and return the names of its files.
 
-    Errors as of `write_files`.
+    The same errors as `write_files`.
     """
     form, stem = _form_at(path)
     require_order([form], mesh.order)
@@ -140,7 +140,7 @@ def write_alone(mesh: Mesh, fields: Fields, path: Path) -> list[str]:
 
 
 def _spell(folder: Path, name: str, form: str, ending: str | None) -> None:
-    """Give a format's first file the ending that is asked for; other files are what that one may name."""
+    """Give the first file of a format the requested ending; other files keep theirs, as the first may refer to them."""
     usual = format_named(form).files[0]
     if ending not in (None, usual):
         (folder / f"{name}{usual}").rename(folder / f"{name}{ending}")
@@ -158,7 +158,7 @@ def _parts(mesh: Mesh | SlicedMesh) -> int:
 
 
 def _form_at(path: Path) -> tuple[str, str]:
-    """Format by the ending of a path, and the name before that; an unknown ending is a CaseError."""
+    """Format by the ending of a path, and the name before that; CaseError for an unknown ending."""
     formats = formats_by_ending(path.name)
     if not formats:
         raise unknown_ending(str(path))
@@ -166,9 +166,9 @@ def _form_at(path: Path) -> tuple[str, str]:
 
 
 def write_stream(mesh: Mesh, fields: Fields, format: str, stream: BinaryIO) -> None:
-    """Write a mesh to a binary stream; a format of several files is cut down to the triangles.
+    """Write a mesh to a binary stream; of a format with several files, only the triangles are written.
 
-    Errors as of `write_files`, but a BrokenPipeError if the reader of the stream has gone.
+    The same errors as `write_files`, but BrokenPipeError if the reader of the stream has gone.
     """
     enter("writing")
     form = format_named(format)
@@ -210,7 +210,7 @@ def _completed(report: Mapping[str, Any], files: Sequence[str], stage: str, time
 
 
 def _checked(name: str, files: list[str]) -> list[str]:
-    """The files of a name; a CaseError if that is no name of files, or too long for one of them."""
+    """The files of a name; CaseError if it cannot be that of a file, or is too long for one of them."""
     if not name.isprintable() or name in {"", ".", ".."} or "/" in name or "\\" in name:
         raise CaseError(f"{name!r} cannot be the name of a file; use a name without slashes")
     longest = max(files, key=bytes_of_name)

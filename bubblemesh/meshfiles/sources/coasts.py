@@ -40,7 +40,7 @@ Rows = Iterator[list[bytes]]
 def read_grid(path: Path) -> Source:
     """Cells with the depth at their nodes, and the boundaries as edges with their labels, or the names of their kinds.
 
-    FileError if the file is none of ADCIRC or SCHISM, or is damaged.
+    FileError if the file is not one of ADCIRC or SCHISM, or is damaged.
     """
     lines = read_bytes(path).splitlines()
     require_length(len(lines), 2, "lines")
@@ -80,7 +80,7 @@ def _cells(lines: list[bytes], index: Numbering) -> Iterator[Block]:
 
 
 def _boundaries(lines: Iterator[bytes], index: Numbering) -> tuple[dict[str, Integers], tuple[str, ...]]:
-    """Edges (m, 2) of each boundary's label, and the labels of open ones; none if the file ends before."""
+    """Edges (m, 2) of each boundary's label, and the labels of open ones; empty if the file ends before."""
     found: dict[str, list[Integers]] = {}
     open_labels = dict[str, None]()
     for opened in (True, False):
@@ -106,7 +106,7 @@ def _count(line: bytes) -> int:
 
 
 def _boundary(lines: Iterator[bytes], count: int, kind: int | None, index: Numbering) -> Iterator[tuple[str, Integers]]:
-    """Edges of a boundary of so many nodes, with the name of its kind: of both sides of a barrier inside."""
+    """Edges of a boundary with ``count`` nodes, and the name of its kind; for inner barriers, those of both sides."""
     rows = [line.split() for _, line in zip(range(count), lines, strict=False)]
     require_length(len(rows), count, "nodes of a boundary")
     sides = 2 if kind in PAIRS else 1
@@ -123,7 +123,7 @@ def _boundary(lines: Iterator[bytes], count: int, kind: int | None, index: Numbe
 def read_sms(path: Path) -> Source:
     """Cells with the numbers of their materials, nodes with their height, and the edges of node strings.
 
-    FileError if the file is no mesh of SMS or is damaged.
+    FileError if the file is not a mesh of SMS, or is damaged.
     """
     cells: dict[bytes, list[list[bytes]]] = {}
     nodes: list[list[bytes]] = []
@@ -156,9 +156,9 @@ def read_sms(path: Path) -> Source:
 
 
 def _strings(words: list[bytes], index: Numbering) -> tuple[Integers, Integers]:
-    """Edges (m, 2) of node strings, whose last node is negative, and the number (m,) of each one's string.
+    """Edges (m, 2) of node strings, whose last node is negative, and the number (m,) of the string of each edge.
 
-    A number may follow in the same line; else strings are counted.
+    The number of a string may follow in the same line; otherwise strings are counted.
     """
     edges, numbers = [np.zeros((0, 2), np.int64)], [np.zeros(0, np.int64)]
     chain: list[int] = []

@@ -55,7 +55,7 @@ def read_frd(path: Path) -> Source:
 
 
 def _width(head: str) -> int:
-    """Letters of the numbers of a block's nodes and elements, as its first line tells."""
+    """Width, in letters, of the numbers of a block's nodes and elements, by its first line."""
     form = head[73:75].strip() or "1"
     if form not in ("0", "1"):
         raise FileError("is binary: have CalculiX write text (without OUTPUT=BINARY, or by *NODE FILE)")
@@ -72,7 +72,7 @@ def _body(text: Iterator[str]) -> Iterator[str]:
 
 
 def _table(text: Iterator[str], width: int, count: int) -> tuple[Data, Data]:
-    """Numbers (n,) of nodes, and so many values (n, count) of each."""
+    """Numbers (n,) of nodes, and ``count`` values (n, count) of each."""
     lines = [line for line in _body(text) if line.startswith(" -")]
     heads = [line for line in lines if line.startswith(" -1")]
     first = 3 + width
@@ -119,7 +119,7 @@ def _result(text: Iterator[str], width: int) -> tuple[str, Data, Data]:
         if line.startswith(" -4"):
             name = line[5:13].strip()
         elif line.startswith(" -5"):
-            components += line[33:38].strip() != "1"  # another one is made of these by who reads them
+            components += line[33:38].strip() != "1"  # 1 marks one that readers compute from the others
         else:
             head = [line]
             break
@@ -129,7 +129,7 @@ def _result(text: Iterator[str], width: int) -> tuple[str, Data, Data]:
 
 
 def _at_nodes(numbers: Data, at: Data, values: Data) -> Data:
-    """Values (n,) or (n, k) at all nodes, NaN where there are none."""
+    """Values (n,) or (n, k) at all nodes, NaN where they are missing."""
     found = np.full((len(numbers), values.shape[1]), np.nan)
     found[Numbering(numbers).places(at)] = values
     return found[:, 0] if values.shape[1] == 1 else found

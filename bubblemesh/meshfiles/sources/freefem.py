@@ -13,7 +13,7 @@ GROUP = "medit:ref"
 
 
 def is_freefem(path: Path) -> bool:
-    """Whether a file begins with three counts, and not with a section of Gmsh's."""
+    """Whether a file begins with three counts, and not with a section of Gmsh."""
     with opened(path) as stream:
         words = stream.readline(200).removeprefix(BOM_UTF8).split()
     return len(words) == 3 and all(word.isdigit() for word in words)

@@ -34,14 +34,14 @@ from bubblemesh.messages import shown
 AFFINE = re.compile(rb"^\s*Affine[^\n]*\n", re.MULTILINE)
 SHIFT = 16  # numbers of the map from a periodic side to the other one
 CURVE = 1  # dimension
-NOWHERE = -1, -1  # which no entity is
+NOWHERE = -1, -1  # not an entity
 
 Entity = tuple[int, int]  # dimension and tag
 Sections = defaultdict[str, list[Section]]  # by their names
 
 
 class _Entities(NamedTuple):
-    """Groups and parts of the entities of a file of version 4; those that are no parts of a partition have no part."""
+    """Groups and parts of the entities of a file of version 4; entities outside of a partition have no part."""
 
     group: Mapping[Entity, int]
     part: Mapping[Entity, int]
@@ -58,7 +58,7 @@ class _Elements(NamedTuple):
 
 
 def read_msh(path: Path) -> Source:
-    """Mesh of Gmsh or of FreeFEM, which have the same ending, with its data; FileError if it cannot be read."""
+    """Mesh of Gmsh or FreeFEM, whose files have the same ending, with its data; FileError if it cannot be read."""
     if is_freefem(path):
         return read_freefem(path)
     data = read_bytes(path).removeprefix(BOM_UTF8)
@@ -101,7 +101,7 @@ def _data_of_elements(
 
 
 def _numbers(section: Section, form: Form) -> Numbers:
-    """Numbers of a section; those of periodic sides are text in version 2.2, and may have lines of words."""
+    """Numbers of a section; periodic sides are always text in version 2.2, and may have lines of words."""
     if section.name == "Periodic" and (form.version == "2.2" or not form.binary):
         return Text(AFFINE.sub(b"", section.body), section.name)
     return Binary(section.body, section.name, form) if form.binary else Text(section.body, section.name)
@@ -120,7 +120,7 @@ def _names(stored: Iterable[Section]) -> dict[str, Integers]:
 
 
 def _entities(found: Sections, form: Form) -> _Entities:
-    """Groups of all entities, and the part, from 0, of those that a partition has cut."""
+    """Groups of all entities, and the part, from 0, of those cut by a partition."""
     group, part = dict[Entity, int](), dict[Entity, int]()
     for section in found["Entities"]:
         for entity, _, groups in _rows_of_entities(_numbers(section, form), form, cut=False):
@@ -136,7 +136,7 @@ def _entities(found: Sections, form: Form) -> _Entities:
 
 
 def _rows_of_entities(numbers: Numbers, form: Form, cut: bool) -> Iterator[tuple[Entity, int, list[int]]]:
-    """Entities, the first part that each is in, and its groups, which are negative for one that is turned round."""
+    """Entities, the first part that contains each, and its groups, which are negative for a reversed entity."""
     for dimension, count in enumerate(numbers.sizes(4).tolist()):
         for _ in range(count):
             tag, first = int(numbers.ints(1)[0]), 0
@@ -172,13 +172,13 @@ def _nodes(section: Section, form: Form) -> tuple[Floats, Integers]:
 
 
 def _head(numbers: Numbers, form: Form) -> tuple[Entity, int]:
-    """Entity that the next nodes or elements are of, and the number after it."""
+    """Entity of the next nodes or elements, and the number after it."""
     one, other, more = numbers.ints(3).tolist()
     return ((other, one) if form.version == "4.0" else (one, other)), more
 
 
 def _elements(section: Section, form: Form, entities: _Entities) -> Iterator[_Elements]:
-    """Elements in the order of the file, but for those that a partition has as copies."""
+    """Elements in the order of the file, without copies for other parts of a partition."""
     if form.version == "2.2":
         yield from _merged(_old_elements(section, form))
         return
@@ -214,7 +214,7 @@ def _old_elements(section: Section, form: Form) -> Iterator[_Elements]:
 
 
 def _merged(elements: Iterable[_Elements]) -> Iterator[_Elements]:
-    """Elements of one kind that follow each other as one block."""
+    """Elements with consecutive ones of the same kind merged into one block."""
     for name, blocks in groupby(elements, key=lambda block: block.kind):
         numbers, nodes, group = zip(*((block.numbers, block.nodes, block.group) for block in blocks), strict=True)
         yield _Elements(name, np.concatenate(numbers), np.concatenate(nodes), np.concatenate(group))
@@ -225,7 +225,7 @@ def _count(text: bytes, what: str) -> int:
 
 
 def _kind(number: int) -> tuple[str, int]:
-    """meshio's name of a kind of elements, by Gmsh's number of it, and how many nodes these have."""
+    """meshio's name of a kind of elements, by Gmsh's number, and the number of their nodes."""
     from meshio._common import num_nodes_per_cell
     from meshio.gmsh.common import _gmsh_to_meshio_type
 
@@ -243,7 +243,7 @@ def _ordered(kind: str, cells: Integers) -> Integers:
 
 
 def _periodic(section: Section, form: Form) -> Iterator[Integers]:
-    """Numbers (k, 2) of nodes of two periodic curves each."""
+    """For each pair of periodic curves, the numbers (k, 2) of their matching nodes."""
     numbers = _numbers(section, form)
     for _ in range(int((numbers.sizes if form.version == "4.1" else numbers.ints)(1)[0])):
         dimension = int(numbers.ints(3)[0])

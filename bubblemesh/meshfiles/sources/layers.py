@@ -1,4 +1,4 @@
-"""From a layer of solids, as OpenFOAM needs and CalculiX makes of plane elements, back to the plane mesh."""
+"""The plane mesh below a layer of solid cells, which OpenFOAM needs and CalculiX makes of plane elements."""
 
 from dataclasses import replace
 
@@ -16,10 +16,10 @@ ROUNDING = 1e-6  # of the layer's height
 
 
 def flattened(source: Source) -> Source:
-    """The lower side of a layer of cells between two planes of one z each, or the source as it is if it is none.
+    """The lower side of a layer of cells between two planes z = constant; other sources as they are.
 
-    Prisms become triangles of their three lower corners, hexahedra quadrilaterals, upright rectangles edges, and groups
-    of all are one dimension lower; cells of other kinds are left out, and groups that have no others.
+    Prisms become triangles, hexahedra quadrilaterals, upright rectangles edges, and their groups are one dimension
+    lower. Cells of other kinds are left out, and so are groups that have only such cells.
     """
     solid = [block for block in source.cells if block.type in (*SIDES, *OTHERS) and len(block.data)]
     if not solid or any(block.type in OTHERS for block in solid) or source.points.shape[1] != 3:
@@ -36,7 +36,7 @@ def flattened(source: Source) -> Source:
     cells = [_cut(source.cells[k].type, source.cells[k].data[rows[k]], low) for k in kept]
     data = {name: [np.asarray(values[k])[rows[k]] for k in kept] for name, values in source.cell_data.items()}
     sets = {name: [_among(chosen[k], rows[k]) for k in kept] for name, chosen in source.cell_sets.items()}
-    # Those of cells that are left out, as OpenFOAM's patches front and back, have names that others may have here.
+    # Groups of cells that are left out, such as OpenFOAM's patches front and back: their names may be used by others.
     used = np.concatenate([np.zeros(0, int), *data.get(GROUP, ())])
     groups = {
         name: (number, dimension - 1) for name, (number, dimension) in source.field_data.items() if number in used
@@ -45,7 +45,7 @@ def flattened(source: Source) -> Source:
 
 
 def _levels(z: Data, nodes: Data) -> tuple[Data, Data]:
-    """Masks (n,) of the nodes at the lowest and at the highest z of some."""
+    """Masks (n,) of the nodes at the lowest and at the highest z of the given ones."""
     bottom, top = float(z[nodes].min()), float(z[nodes].max())
     near = ROUNDING * (top - bottom)
     return np.asarray(np.abs(z - bottom) <= near), np.asarray(np.abs(z - top) <= near)
@@ -62,7 +62,7 @@ def _sides(block: Block) -> tuple[Data, Data]:
 
 
 def _in_layer(block: Block, low: Data) -> Data:
-    """Numbers (k,) of the cells that have a part in the lower plane: solid ones, and upright rectangles."""
+    """Numbers (k,) of the cells with a side or an edge in the lower plane: solid ones, and upright rectangles."""
     if block.type in SIDES:
         return np.arange(len(block.data))
     if block.type in ("quad", "quad8", "quad9"):
@@ -81,5 +81,5 @@ def _cut(kind: str, cells: Data, low: Data) -> Block:
 
 
 def _among(chosen: Data | None, rows: Data) -> Data | None:
-    """Places among the rows of those cells of a set that are there."""
+    """Indices, in the rows, of the cells of a set that are among them."""
     return None if chosen is None else np.flatnonzero(np.isin(rows, chosen))

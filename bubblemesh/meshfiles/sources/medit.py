@@ -22,7 +22,7 @@ CELLS = {
     "Prisms": ("wedge", 6),
 }
 FOREIGN = {b"MFEM": "write the solution as ParaView data (.vtu) by MFEM's ParaViewDataCollection"}
-NO_NUMBERS = b"nan", b"inf"  # what programs write in the place of one
+NO_NUMBERS = b"nan", b"inf"  # written by programs in place of a number
 SOLUTION = "solution"
 GROUP = "medit:ref"
 
@@ -53,7 +53,7 @@ def read_medit(path: Path) -> Source:
 
 
 def read_solution(path: Path) -> Source:
-    """The mesh beside a .sol file, with its solution; errors as of `read_medit`."""
+    """The mesh beside a .sol file, with its solution; the same errors as `read_medit`."""
     mesh = path.with_suffix(".mesh")
     if not mesh.exists():
         raise FileError(f"is a solution without a mesh: put {mesh.name} beside it")
@@ -62,6 +62,7 @@ def read_solution(path: Path) -> Source:
 
 
 def _solution(path: Path, nodes: int) -> dict[str, Data]:
+    """Data at the nodes in a .sol file, by name; empty if there is no such file."""
     sections = dict(_sections(read_bytes(path)))
     if "SolAtVertices" not in sections:
         raise FileError(f"{path.name}: has no SolAtVertices")

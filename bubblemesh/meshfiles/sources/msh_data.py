@@ -25,10 +25,10 @@ class _Step(NamedTuple):
 
 
 def data_at(sections: Iterable[Section], form: Form, numbering: Numbering) -> tuple[dict[str, Floats], list[str]]:
-    """Data (n,) or (n, k) by its name, of nodes or elements by their numbers (n,), and notes on what is not read.
+    """Data (n,) or (n, k), by name, of nodes or elements with numbers (n,), and notes on what is not read.
 
-    Of several times the last one counts; where there is nothing, values are NaN. FileError if a section is damaged, or
-    has values of what is not there.
+    Of several times the last one is read; missing values are NaN. FileError if a section is damaged, or has values for
+    nodes or elements that do not exist.
     """
     steps: dict[str, list[_Step]] = {}
     for section in sections:
@@ -47,7 +47,7 @@ def data_at(sections: Iterable[Section], form: Form, numbering: Numbering) -> tu
 
 
 def _step(section: Section, form: Form) -> _Step:
-    """Data of a section, which begins with lines of texts, real and whole numbers, each after their count."""
+    """Data of a section, which begins with texts, real numbers and whole numbers, each after their count."""
     tags, rest = list[list[bytes]](), section.body
     for what in ("names", "times", "counts"):
         first, rest = first_line(rest)

@@ -16,8 +16,8 @@ from bubblemesh.messages import shown
 HEAD = re.compile(rb"\$MeshFormat\s+(\S+)\s+(\d+)\s+(\d+)[ \t\r]*\n")
 BEGIN = re.compile(rb"^\$(\w+)[ \t\r]*\n", re.MULTILINE)
 VERSIONS = {"2": "2.2", "2.0": "2.2", "2.1": "2.2", "2.2": "2.2", "4": "4.0", "4.0": "4.0", "4.1": "4.1"}
-FOUR_COUNTS = re.compile(rb"^\$Nodes\s+\d+[ \t]+\d+[ \t]+\d+[ \t]+\d+[ \t\r]*\n", re.MULTILINE)  # only version 4.1 has
-ONE = 1  # which a binary file begins with, for the order of its bytes
+FOUR_COUNTS = re.compile(rb"^\$Nodes\s+\d+[ \t]+\d+[ \t]+\d+[ \t]+\d+[ \t\r]*\n", re.MULTILINE)  # only in version 4.1
+ONE = 1  # at the beginning of a binary file, to show the order of its bytes
 
 
 class Form(NamedTuple):
@@ -30,14 +30,14 @@ class Form(NamedTuple):
 
 
 class Section(NamedTuple):
-    """What stands between $NAME and $EndNAME."""
+    """Text or bytes between $NAME and $EndNAME."""
 
     name: str
     body: bytes
 
 
 def form_of(data: bytes) -> Form:
-    """Form of a file's numbers; FileError if the file is none of Gmsh's, or of a version that is not read."""
+    """Form of a file's numbers; FileError if the file is not one of Gmsh, or of a version that is not read."""
     head = HEAD.search(data)
     if head is None:
         raise FileError("has no $MeshFormat: it is no mesh of Gmsh, or of its version 1: let Gmsh write version 4.1")
@@ -45,7 +45,7 @@ def form_of(data: bytes) -> Form:
     if version not in VERSIONS:
         raise FileError(f"is of version {shown(version)} of Gmsh's format: let Gmsh write version 4.1, or 2.2")
     order = "<" if int.from_bytes(data[head.end() : head.end() + 4], "little") == ONE else ">"
-    # Gmsh calls 4.0 just 4, and other programs 4.1.
+    # Gmsh writes 4 for version 4.0, other programs write it for 4.1.
     exact = "4.1" if version == "4" and FOUR_COUNTS.search(data) else VERSIONS[version]
     size = int(head[3]) if exact == "4.1" else 8
     if size not in (4, 8):
@@ -66,7 +66,7 @@ def sections(data: bytes) -> Iterator[Section]:
 
 
 class Numbers(Protocol):
-    """Numbers of a section, one after the other; FileError where it ends, or has none."""
+    """Reader of the numbers in a section, one after the other; FileError if it ends, or has something else."""
 
     def ints(self, count: int) -> Integers:
         """Whole numbers (count,)."""
@@ -81,15 +81,15 @@ class Numbers(Protocol):
         """Real numbers (count,)."""
 
     def rows(self, count: int, width: int) -> tuple[Integers, Floats]:
-        """A whole number (count,) and real ones (count, width) of each of some rows."""
+        """For each of ``count`` rows, a whole number (count,) and real numbers (count, width)."""
 
 
 class Text:
-    """Numbers that are written as text."""
+    """Reader of numbers that are written as text."""
 
     def __init__(self, body: bytes, name: str) -> None:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of what is no number, at which NumPy ends
+            warnings.simplefilter("error")  # from NumPy, which stops at a text that is not a number
             try:
                 self._values = np.fromstring(body.decode("ascii", "replace"), sep=" ")
             except (DeprecationWarning, ValueError):
@@ -117,18 +117,18 @@ class Text:
         return _wholes(table[:, 0], self._name), table[:, 1:]
 
     def ahead(self, count: int) -> Integers:
-        """The whole numbers (count,) that come next, and will be the next ones still."""
+        """The next whole numbers (count,), without moving on."""
         found = self.ints(count)
         self._at -= count
         return found
 
     def alike(self, width: int, same: slice) -> Integers:
-        """The rows (m, width) that come next, as long as the columns ``same`` hold what they do in the first one."""
+        """The next rows (m, width), as long as the columns ``same`` have the values of the first row."""
         left = (len(self._values) - self._at) // width
         require_length(left, 1, f"rows of {self._name}")
         table = self._values[self._at : self._at + left * width].reshape(left, width)
         count = looked = 1
-        while count == looked and looked < left:  # at twice as many rows each time, since there may be many kinds
+        while count == looked and looked < left:  # twice as many rows each time, since there may be many blocks
             looked = min(2 * looked, left)
             other = (table[:looked, same] != table[0, same]).any(axis=1)
             count = int(other.argmax()) if other.any() else looked
@@ -137,7 +137,7 @@ class Text:
 
 
 class Binary:
-    """Numbers in the bytes of a computer."""
+    """Reader of binary numbers."""
 
     def __init__(self, body: bytes, name: str, form: Form) -> None:
         self._body, self._name, self._form, self._at = body, name, form, 0
@@ -170,7 +170,7 @@ class Binary:
 
 
 def first_line(body: bytes) -> tuple[bytes, bytes]:
-    """First line of a body that is not empty, and what follows it."""
+    """First line of a body that is not empty, and the rest."""
     first, _, rest = body.lstrip(b"\r\n").partition(b"\n")
     return first.strip(), rest
 

@@ -21,7 +21,7 @@ PLANE_ELEMENTS = {
 
 
 def read_inp(path: Path) -> Source:
-    """Mesh of Abaqus or CalculiX; errors as of `read_other`."""
+    """Mesh of Abaqus or CalculiX; the same errors as `read_other`."""
     from meshio.abaqus import _abaqus as reader
 
     for name, kind in PLANE_ELEMENTS.items():
@@ -30,27 +30,27 @@ def read_inp(path: Path) -> Source:
 
 
 def read_med(path: Path) -> Source:
-    """Mesh of Salome or Code_Aster; errors as of `read_other`."""
+    """Mesh of Salome or Code_Aster; the same errors as `read_other`."""
     teach_med()
     return read_other(path)
 
 
 def read_other(path: Path, form: str | None = None) -> Source:
-    """Mesh as meshio reads it by the file's ending, or in a format by its name; FileError with meshio's reason."""
+    """Mesh as read by meshio, by the file's ending or in a format by its name; FileError with meshio's reason."""
     import meshio
 
     chatter = io.StringIO()
     streams = contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter)
     try:
-        with bounded_reading(), streams[0], streams[1]:  # the streams are those of all threads as well
+        with bounded_reading(), streams[0], streams[1]:  # the standard streams belong to all threads, too
             mesh: Any = meshio.read(path, file_format=form)
-    except SystemExit:  # meshio's answer where no reader of the ending's formats succeeds, whose reasons it prints
+    except SystemExit:  # raised by meshio if all readers for the ending fail; it prints their reasons
         raise FileError(f"is no mesh that can be read ({_reason(chatter.getvalue(), path)})") from None
     return Source.of(mesh)
 
 
 def _reason(printed: str, path: Path) -> str:
-    """Text that meshio printed, without the name of the file that messages begin with."""
+    """Text that meshio has printed, without the name of the file, with which messages begin."""
     lines = [line.strip().removeprefix("Error: ").strip() for line in printed.splitlines() if line.strip()]
     said = [line for line in lines if "Couldn't read file" not in line and str(path) not in line]
     return shown(" ".join(said) or "meshio gives no reason", LONGEST_REASON)

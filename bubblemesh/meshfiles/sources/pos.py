@@ -31,12 +31,12 @@ class Element(NamedTuple):
 
 
 def read_pos(path: Path) -> Source:
-    """Triangles of a view, each with corners of its own, and what is there at the last step.
+    """Triangles of a view, each with corners of its own, and their values at the last step.
 
     FileError if the file holds no view in Gmsh's text format, more than one, triangles of several kinds, or anything
     but triangles, points, lines and texts.
     """
-    # Remarks become blanks, in which lines stay lines.
+    # Remarks become blanks, but line breaks stay.
     content = read_bytes(path).removeprefix(BOM_UTF8)
     text = REMARK.sub(lambda remark: re.sub(rb"[^\n]", b" ", remark[0]), content)
     head = VIEW.match(text)
@@ -55,7 +55,7 @@ def read_pos(path: Path) -> Source:
 
 
 def _elements(text: bytes, at: int) -> Iterator[Element]:
-    """Triangles of a view that begins at a place of the text; FileError, with the line, for what is not read."""
+    """Triangles of a view that begins at an index of the text; FileError, with the line, for other contents."""
     first: Element | None = None
     while (end := END.match(text, at)) is None:
         item = ITEM.match(text, at)
@@ -67,7 +67,7 @@ def _elements(text: bytes, at: int) -> Iterator[Element]:
             first = first or element
             try:
                 _check(element, first)
-            except FileError as error:  # to count lines takes long, so it is done for errors alone
+            except FileError as error:  # lines are counted for errors only, as that takes long
                 raise FileError(f"{_line(text, at)}: {error}") from None
             yield element
         at = found.end()
@@ -96,7 +96,7 @@ def _words(rows: list[bytes]) -> list[bytes]:
 
 
 def _line(text: bytes, at: int) -> str:
-    """Name of the line at which what follows a place begins."""
+    """Name of the line at which the text after an index begins."""
     begin = len(text) - len(text[at:].lstrip())
     number = text.count(b"\n", 0, begin) + 1
     return f"line {number}"

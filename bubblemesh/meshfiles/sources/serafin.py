@@ -35,11 +35,11 @@ class _Records:
 
     @property
     def left(self) -> int:
-        """Bytes that are left."""
+        """Number of bytes that are left."""
         return len(self.content) - self.place
 
     def next(self, size: int | None = None) -> bytes:
-        """The next record; FileError if it is not there, or not of the size that is wanted."""
+        """The next record; FileError if it is missing, or not of the given size."""
         start = self.place + 4
         if start > len(self.content):
             raise FileError("ends too early: a record is missing")
@@ -60,7 +60,7 @@ class _Records:
 
 
 def read_serafin(path: Path) -> Source:
-    """Cells, data at nodes, and labelled edges of the boundary; FileError if the file is none of 2D or is damaged."""
+    """Cells, data at nodes, and labelled edges of the boundary; FileError if the file is not 2D, or is damaged."""
     records = _Records(read_bytes(path))
     records.next(TITLE)
     variables = int(records.integers(2).sum())
@@ -140,7 +140,7 @@ class _Nodes(NamedTuple):
 
 
 def _labelled(cells: Integers, nodes: _Nodes) -> dict[str, Integers]:
-    """Edges (m, 2) of each label: that of their nodes, and of two labels the one that is closed."""
+    """Edges (m, 2) of each label: that of their nodes; if the nodes have different ones, the closed one."""
     triangles = cells[:, :3] if cells.shape[1] == 3 else np.vstack([cells[:, :3], cells[:, [0, 2, 3]]])
     sides = directed_sides(triangles)
     rim = sides[one_sided(sides, len(nodes.of_node))]

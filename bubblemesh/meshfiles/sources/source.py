@@ -15,7 +15,7 @@ from bubblemesh.messages import shown
 from bubblemesh.records import record
 
 Data = NDArray[Any]
-NO_CELLS = "gmsh:bounding_entities"  # what meshio calls a set, and holds numbers of Gmsh's entities
+NO_CELLS = "gmsh:bounding_entities"  # called a set by meshio, but holds numbers of Gmsh's entities
 
 
 @record
@@ -38,14 +38,14 @@ class Source:
     cell_sets: Mapping[str, Sequence[Any]] = field(default_factory=dict)  # cells of each block, by the set's name
     cell_tags: Mapping[int, Sequence[str]] = field(default_factory=dict)  # names of each group, by its number
     open_sets: tuple[str, ...] = ()  # names of sets of edges that are open boundaries of coasts
-    matching: Sequence[Integers] = ()  # nodes (k, 2) of two periodic sides each, that are in one place but for a shift
+    matching: Sequence[Integers] = ()  # for each pair of periodic sides, the matching nodes (k, 2)
     node_sets: tuple[str, ...] = ()  # names of sets of nodes, which are not read
-    geographic: bool = False  # whether the points are told to be longitudes and latitudes
-    notes: tuple[str, ...] = ()  # what a reader chose, as the last of several times
+    geographic: bool = False  # whether the file says that points are longitudes and latitudes
+    notes: tuple[str, ...] = ()  # on choices of the reader, such as the last of several times
 
     @classmethod
     def of(cls, mesh: Any) -> "Source":
-        """Source of a `meshio.Mesh`; FileError if a set of it has cells that are not there."""
+        """Source of a `meshio.Mesh`; FileError if one of its sets has cells that do not exist."""
         blocks = [Block(block.type, block.data) for block in mesh.cells]
         sets = {name: chosen for name, chosen in mesh.cell_sets.items() if name != NO_CELLS}
         for name, chosen in sets.items():
@@ -59,7 +59,7 @@ class Source:
 
 
 class Numbering:
-    """The nodes of a file, or what else it has, by the numbers (n,) that it gives them."""
+    """Index of the nodes, or other items, of a file by the numbers (n,) that the file gives them."""
 
     def __init__(self, numbers: Integers, what: str = "node") -> None:
         self._what = what
@@ -70,7 +70,7 @@ class Numbering:
         return len(self._order)
 
     def places(self, asked: Integers) -> Integers:
-        """Places of those asked for, in an array like theirs; FileError with the first that is not there."""
+        """Indices of the items with the given numbers, in an array of the same shape; FileError for a missing one."""
         found = find_keys(self._sorted, asked) if len(self) else np.full(asked.shape, -1)
         missing = asked[found < 0]
         if missing.size:
@@ -87,7 +87,7 @@ def _fits(chosen: Sequence[Any], blocks: Sequence[Block]) -> bool:
 
 
 def with_named_edges(points: Data, faces: Sequence[Block], edges: Mapping[str, Integers], **more: Any) -> Source:
-    """Source of blocks of faces and of edges (m, 2), which are sets by their names."""
+    """Source with blocks of faces, and edges (m, 2) as named sets."""
     ends = np.cumsum([0, *map(len, edges.values())])
     spans = dict(zip(edges, pairwise(ends.tolist()), strict=True))
     sets = {name: [*([None] * len(faces)), np.arange(*span)] for name, span in spans.items()}
@@ -96,7 +96,7 @@ def with_named_edges(points: Data, faces: Sequence[Block], edges: Mapping[str, I
 
 
 def reals(words: Sequence[Any], what: str) -> Data:
-    """Numbers (n,) that words stand for; FileError if one is none."""
+    """Real numbers (n,) from words; FileError if one is not a number."""
     try:
         return np.array(words, float)
     except ValueError as error:
@@ -104,7 +104,7 @@ def reals(words: Sequence[Any], what: str) -> Data:
 
 
 def wholes(words: Sequence[Any], what: str) -> Integers:
-    """Whole numbers (n,) that words stand for; FileError if one is none."""
+    """Whole numbers (n,) from words; FileError if one is not a whole number."""
     try:
         return np.array(words, np.int64)
     except (ValueError, OverflowError) as error:
@@ -112,6 +112,6 @@ def wholes(words: Sequence[Any], what: str) -> Integers:
 
 
 def require_length(found: int, needed: int, what: str) -> None:
-    """Check that a file holds as many of something as it says; else it is a FileError."""
+    """Check that a file holds as many items as it says; FileError if not."""
     if found < needed:
         raise FileError(f"it ends too early: it has {found} of {needed} {what}")

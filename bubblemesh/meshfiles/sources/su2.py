@@ -20,7 +20,7 @@ Lines = list[bytes]
 
 
 def read_su2(path: Path) -> Source:
-    """Cells of a plane mesh, and the sets of edges that its markers name; FileError if it is none or is damaged."""
+    """Cells of a plane mesh, and its markers as sets of edges; FileError if it is not such a mesh, or is damaged."""
     cells: dict[str, list[Integers]] = {}
     markers: dict[str, Integers] = {}
     points, marker = None, ""
@@ -59,7 +59,7 @@ def _sections(content: bytes) -> Iterator[tuple[bytes, bytes, Lines]]:
 
 
 def _counted(lines: Lines, value: bytes, what: str) -> Lines:
-    """As many lines as the value says: its first word, as others may follow."""
+    """The first lines, as many as the number after a keyword; FileError if there are fewer."""
     count = int(wholes((value.split() or [b""])[:1], f"counts of {what}")[0])
     require_length(len(lines), count, what)
     return lines[: max(count, 0)]

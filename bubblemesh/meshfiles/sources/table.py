@@ -1,4 +1,4 @@
-"""The table of readers: one for each ending of mesh files; all others are left to meshio."""
+"""The table of readers by the endings of mesh files; files with other endings are read by meshio."""
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
@@ -32,7 +32,7 @@ READERS: Mapping[str, str] = {
     ".node": "triangle.read_pair",
     ".ele": "triangle.read_pair",
 }
-# Files that a user may take for a mesh, and what to give in their place.
+# Endings of files that users may mistake for meshes, with advice on the right file.
 NO_MESHES: Mapping[str, str] = {
     ".h5": "holds the numbers of an XDMF file: give the .xdmf file beside it",
     ".gf": "holds the values of MFEM alone: write ParaView data (.vtu) by MFEM's ParaViewDataCollection",
@@ -42,14 +42,14 @@ NO_MESHES: Mapping[str, str] = {
 
 
 def require_mesh(path: Path) -> None:
-    """Check that a file is none of those that hold a part of a mesh only; else it is a FileError with advice."""
+    """Check that a file is not one that holds only a part of a mesh; FileError with advice if it is."""
     advice = NO_MESHES.get(path.suffix.lower())
     if advice is not None:
         raise FileError(advice)
 
 
 def read_source(path: Path) -> Source:
-    """All that a mesh file holds; any error of its reader may come out, of which a FileError names no path yet."""
+    """Everything in a mesh file; raises any error of its reader, and FileErrors still without the path."""
     module, _, name = READERS.get(path.suffix.lower(), "other.read_other").partition(".")
     reader: Callable[[Path], Source] = getattr(import_module(f"{__package__}.{module}"), name)
     return reader(path)

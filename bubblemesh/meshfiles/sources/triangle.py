@@ -23,7 +23,7 @@ class _Table(NamedTuple):
 
 
 def read_pair(path: Path) -> Source:
-    """Triangles with the numbers that both files have beside; FileError if one of them is damaged, or not of the plane.
+    """Triangles with the data in both files; FileError if one of them is damaged, or not plane.
 
     Attributes of nodes, their marker, and attributes of triangles become data by these names, with numbers from the
     second attribute on.
@@ -40,7 +40,7 @@ def read_pair(path: Path) -> Source:
     if corners not in KINDS:
         raise FileError(f"has cells of {corners} nodes: Triangle has triangles of 3 or 6")
     require_length(cells.rows.shape[1], 1 + corners, "numbers in each row of triangles")
-    number = cells.rows[:, 1 : 1 + corners] - nodes.rows[:1, :1]  # from 0 or from 1, as its first node is
+    number = cells.rows[:, 1 : 1 + corners] - nodes.rows[:1, :1]  # numbers begin with that of the first node, 0 or 1
     if (nodes.rows[:, 0] != nodes.rows[0, 0] + np.arange(len(nodes.rows))).any() or (number != np.rint(number)).any():
         raise FileError("does not number its nodes one after the other by whole numbers")
     triangles = number.astype(np.int64)[:, AS_VTK[:corners]]
@@ -56,6 +56,7 @@ def _named(columns: Floats, name: str) -> dict[str, Data]:
 
 
 def _table(path: Path, what: str) -> _Table:
+    """Rows of a file, as many as its first line announces; FileError if they are missing or not numbers."""
     with prefixed(path.name):
         lines = [words for line in read_bytes(path).splitlines() if (words := line.partition(b"#")[0].split())]
         if not lines:

@@ -74,7 +74,7 @@ class _Mesh:
         return self.variables[name]
 
     def _connectivity(self, what: str) -> Integers:
-        """Nodes (m, k) of faces or edges from 0 on, -1 for none behind them; no edges where the file has none."""
+        """Nodes (m, k) of faces or edges, from 0 on, with -1 in unused columns; no rows if the file has no edges."""
         name = self.topology.text(f"{what}_node_connectivity")
         if not name and what == "edge":
             return np.zeros((0, 2), np.int64)
@@ -101,7 +101,7 @@ class _Mesh:
         return variable().astype(np.int64), {word: (int(k), dimension) for word, k in zip(words, ids, strict=False)}
 
     def _data(self, location: str, count: int) -> tuple[dict[str, Data], bool]:
-        """Data at nodes or of faces by their names, without that of the mesh, and whether any is of several times."""
+        """Data at nodes or of faces, by name, without those of the mesh itself; and whether any has several times."""
         found, several = {}, False
         for name, variable in self.variables.items():
             own = name.removeprefix(f"{self.name}_{location}_")

@@ -1,6 +1,6 @@
 """VTK's legacy files: binary ones of unstructured grids are read here, all others by meshio.
 
-meshio takes the numbers of a binary file's table of colours, which FreeFEM writes, for text.
+meshio would read the binary table of colours that FreeFEM writes as text.
 """
 
 from collections.abc import Callable
@@ -36,7 +36,7 @@ BINARY, GRID = b"BINARY", b"DATASET UNSTRUCTURED_GRID"
 
 
 def read_vtk(path: Path) -> Source:
-    """Nodes, cells and data of a legacy file; errors as of `read_other`, FileError if a binary one is damaged."""
+    """Nodes, cells and data of a legacy file; the same errors as `read_other`, FileError if a binary one is damaged."""
     with opened(path) as stream:
         head = [stream.readline(300).strip().upper() for _ in range(4)]
     if head[2] != BINARY or head[3] != GRID:
@@ -52,14 +52,14 @@ def read_vtk(path: Path) -> Source:
 
 @dataclass
 class _Grid:
-    """A file that is read section by section, and what was found."""
+    """State of a file that is read section by section: its lines, and what has been found."""
 
     content: bytes
     at: int = 0
     found: dict[str, Data] = field(default_factory=dict)  # points, nodes and ends of cells, types
     data: dict[str, dict[str, Data]] = field(default_factory=lambda: {"POINT_DATA": {}, "CELL_DATA": {}})
-    of: str = ""  # what the data are of that come next
-    count: int = 0  # of their rows
+    of: str = ""  # whether the next data are of points or cells
+    count: int = 0  # number of their rows
 
     def __post_init__(self) -> None:
         for _ in range(4):
@@ -72,14 +72,14 @@ class _Grid:
         return text.decode("latin-1").strip()
 
     def words(self) -> list[str]:
-        """Words of the next line that has some; none at the end."""
+        """Words of the next line that is not blank; an empty list at the end."""
         while self.at < len(self.content):
             if words := self.line().split():
                 return words
         return []
 
     def numbers(self, kind: str, *shape: int) -> Data:
-        """An array of numbers that comes next."""
+        """The next numbers, as an array."""
         if kind.lower() not in TYPES:
             raise FileError(f"has numbers of the type {shown(kind)!r}, which is not known: write the grid as .vtu")
         dtype, count = np.dtype(TYPES[kind.lower()]), int(np.prod([int(n) for n in shape], dtype=object))
@@ -101,7 +101,7 @@ def _points(grid: _Grid, words: list[str]) -> None:
 
 
 def _cells(grid: _Grid, words: list[str]) -> None:
-    """Cells with their sizes before them, or since version 5 their ends and their nodes apart."""
+    """Read cells: each after its size, or since version 5 as separate lists of ends and nodes."""
     count, length, before = _count(words, 0), _count(words, 1), grid.at
     following = grid.words()
     if following and following[0].upper() == "OFFSETS":
@@ -117,16 +117,16 @@ def _cells(grid: _Grid, words: list[str]) -> None:
 
 
 def _sizes(items: Integers, count: int) -> Integers:
-    """Numbers of nodes of so many cells (count,) in a list of cells, each of which is its size and its nodes.
+    """Numbers (count,) of the nodes of cells in a list that has the size and the nodes of each cell.
 
-    FileError if the list is too short, or a size is none.
+    FileError if the list is too short, or a size is invalid.
     """
     sizes = np.zeros(count, np.int64)
     cell, at, ahead = 0, 0, 1
     while cell < count:
         if at >= len(items) or not 0 <= items[at] < len(items):
             raise FileError("its lists of cells do not fit together: the file is damaged")
-        # Cells of one kind follow each other: those ahead are looked at together, twice as many as were alike.
+        # Cells of one kind are mostly in a row: look at many at a time, twice as many as were of the same size before.
         size = int(items[at])
         heads = items[at :: size + 1][: min(ahead, count - cell)]
         alike = int(np.argmin(heads == size)) or len(heads)
@@ -188,7 +188,7 @@ def _field(grid: _Grid, words: list[str]) -> None:
 
 
 def _metadata(grid: _Grid, words: list[str]) -> None:
-    """Skip lines that tell of names and units; they end with an empty line."""
+    """Skip lines on names and units, which end with an empty line."""
     while grid.at < len(grid.content) and grid.line():
         pass
 

@@ -1,4 +1,4 @@
-"""Cells as VTK numbers their kinds, which its XML files and its legacy files share."""
+"""Cells by VTK's numbers of their kinds, common to its XML files and its legacy files."""
 
 from collections.abc import Mapping
 
@@ -27,13 +27,13 @@ KINDS = {
     28: "quad9",
     34: "triangle7",
 }
-# Those whose number of nodes tells the kind: lines of segments, polygons, and Lagrange's and Bezier's cells.
+# Kinds that depend on the number of nodes: lines of segments, polygons, and Lagrange's and Bezier's cells.
 BY_SIZE = {2: "vertex", 4: "line", 6: "triangle strip", 7: "polygon", **dict.fromkeys((68, 75), "line")}
 BY_SIZE |= dict.fromkeys((69, 76), "triangle") | dict.fromkeys((70, 77), "quad")
 FIRST = {("line", 2), ("polygon", 3), ("polygon", 4), ("triangle", 3), ("quad", 4), ("vertex", 1)}
 POLYGONS = {3: "triangle", 4: "quad"}
 PIXEL, ROUND = 8, [0, 1, 3, 2]  # a rectangle whose nodes go row by row
-GHOSTS = ("vtkGhostType", "vtkGhostLevels")  # not 0 in copies of cells that another process has
+GHOSTS = ("vtkGhostType", "vtkGhostLevels")  # not 0 for copies of cells of another process
 
 
 def vtk_source(
@@ -44,7 +44,7 @@ def vtk_source(
     point_data: Mapping[str, Data],
     cell_data: Mapping[str, Data],
 ) -> Source:
-    """Source of c cells, whose ``nodes`` follow one another up to their ``ends`` (c,), of VTK's ``types`` (c,).
+    """Source of c cells of VTK's ``types`` (c,), whose ``nodes`` are in one list, up to their ``ends`` (c,).
 
     Cells that are copies of those of another process are left out. FileError if the arrays do not fit together.
     """

@@ -1,4 +1,4 @@
-"""Lists of VTK's files: the times of a solution (.pvd), and the parts of a grid that processes wrote (.pvtu)."""
+"""Lists of VTK's files: the times of a solution (.pvd), and the parts of a grid, one for each process (.pvtu)."""
 
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -17,9 +17,9 @@ MOST_FILES = 10_000  # of one grid
 
 
 def read_pvtu(path: Path) -> Source:
-    """The parts of a grid as one; errors as of `read_vtu`.
+    """The parts of a grid as one; the same errors as `read_vtu`.
 
-    Nodes with the same ``GlobalNodeId`` are one, if those that have it are in the same place.
+    Nodes with the same ``GlobalNodeId`` become one, if all that have it are in the same place.
     """
     source = joined(_pieces(files_of_pvtu(path)))
     ids = source.point_data.get(GLOBAL_NODE, np.zeros(0))
@@ -34,7 +34,7 @@ def read_pvtu(path: Path) -> Source:
 
 
 def read_pvd(path: Path) -> Source:
-    """The grid of the last time; errors as of `read_vtu`."""
+    """The grid of the last time; the same errors as `read_vtu`."""
     times, last, files = _last(path)
     # Each process may have a part of its own; a first file of the same time and part may hold the mesh alone.
     parts = [part for file in files for part in (files_of_pvtu(file) if file.suffix.lower() == ".pvtu" else [file])]
@@ -43,7 +43,7 @@ def read_pvd(path: Path) -> Source:
 
 
 def files_of_pvd(path: Path) -> list[Path]:
-    """The files of the last time of a list; FileError if it is none."""
+    """The files of the last time in a list; FileError if it is not such a list."""
     return _last(path)[2]
 
 
@@ -58,7 +58,7 @@ def _last(path: Path) -> tuple[int, float, list[Path]]:
 
 
 def files_of_pvtu(path: Path) -> list[Path]:
-    """The files of the parts of a grid; FileError if there are none, or very many."""
+    """The files of the parts of a grid; FileError if there are none, or too many."""
     names = dict.fromkeys(part.get("Source", "") for part in _root(path).iterfind("PUnstructuredGrid/Piece"))
     if not names or len(names) > MOST_FILES:
         raise FileError(f"lists {len(names):,} files of a grid: from 1 to {MOST_FILES:,} are read")

@@ -1,4 +1,4 @@
-"""VTK's XML files of unstructured grids (.vtu), in every encoding: text, base64 or raw, as they are or compressed."""
+"""VTK's XML files of unstructured grids (.vtu), in every encoding: text, base64 or raw, compressed or not."""
 
 import base64
 import lzma
@@ -29,12 +29,12 @@ NO_WHITESPACE = str.maketrans("", "", " \t\r\n")
 
 
 def read_vtu(path: Path) -> Source:
-    """All pieces of a grid as one; FileError if the file cannot be read, LimitError if it unpacks to too much."""
+    """All pieces of a grid as one; FileError if the file cannot be read, LimitError if its data are too large."""
     return joined(pieces_of(path, Unpacking()))
 
 
 def joined(pieces: list["Piece"]) -> Source:
-    """Pieces of a grid as one, each with its own nodes; data that all have."""
+    """Pieces of a grid as one, each with its own nodes, and with the data that all pieces have."""
     if not pieces:
         raise FileError("holds no pieces of a grid")
     filled = [piece for piece in pieces if len(piece.points)] or pieces[:1]
@@ -66,7 +66,7 @@ class Piece:
 
 
 def pieces_of(path: Path, unpacking: Unpacking) -> list[Piece]:
-    """The pieces of a grid; errors as of `read_vtu`."""
+    """The pieces of a grid; the same errors as `read_vtu`."""
     root, arrays = _parsed(read_bytes(path), unpacking)
     if root.tag != "VTKFile" or root.get("type") != "UnstructuredGrid":
         raise FileError(f"holds {root.get('type', root.tag)}: only an UnstructuredGrid of VTK is read from this ending")
@@ -97,7 +97,7 @@ def _piece(piece: ElementTree.Element, arrays: "_Arrays") -> Piece:
 
 
 def _data(piece: ElementTree.Element, section: str, arrays: "_Arrays") -> dict[str, Data]:
-    """Arrays of a section by their names, which that of the points need not have."""
+    """Arrays of a section by their names; that of the points may lack one."""
     found = {}
     for item in piece.iterfind(f"{section}/DataArray"):
         values = arrays.of(item)
@@ -181,7 +181,7 @@ class _Arrays:
 
 
 def _bytes_after(tape: Tape, header: int, length: int, raw: bool) -> bytes | Tape:
-    """Bytes after a header; in base64 they may be encoded together with it, or for themselves."""
+    """Bytes after a header; in base64 they may be encoded together with it, or separately."""
     found: bytes | Tape
     if raw:
         found = tape[header : header + length]
@@ -198,7 +198,7 @@ def _bytes_after(tape: Tape, header: int, length: int, raw: bool) -> bytes | Tap
 
 
 def _letters(count: int) -> int:
-    """Letters of base64 for so many bytes."""
+    """Number of letters in base64 for ``count`` bytes."""
     return -(-count // 3) * 4
 
 

@@ -1,4 +1,4 @@
-"""XDMF: grids with the numbers in HDF5 files or in the file itself, which may refer to each other, and have times."""
+"""XDMF: grids, which may refer to each other and have times; the numbers are in HDF5 files or in the file itself."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -17,7 +17,7 @@ from bubblemesh.messages import shown
 Element = ElementTree.Element
 
 INCLUDES = tuple(f"{{http://www.w3.org/{year}/XInclude}}include" for year in (2001, 2003))  # meshio writes the second
-PARTS = ("Topology", "Geometry", "Attribute", "Time", "Information", *INCLUDES)  # of grids, which are read
+PARTS = ("Topology", "Geometry", "Attribute", "Time", "Information", *INCLUDES)  # elements of grids that are read
 POINTER = re.compile(r"xpointer\((?P<path>/.*?)(/\*\[(?P<names>.*)\])?\)")
 STEP = re.compile(r"(/{1,2})(\w+)((?:\[[^\]]*\])*)")
 CONDITION = re.compile(r"\[\s*(?:@(\w+)\s*=\s*['\"]([^'\"]*)['\"]|(\d+))\s*\]")
@@ -46,7 +46,7 @@ FACES = ("triangle", "triangle6", "quad", "quad8", "quad9")
 
 
 def read_xdmf(path: Path) -> Source:
-    """The first mesh of faces in the file, with all data on it, of the last time; FileError if it cannot be read."""
+    """The first mesh of faces in the file, with all of its data at the last time; FileError if it cannot be read."""
     try:
         root = ElementTree.fromstring(read_bytes(path))
     except ElementTree.ParseError as error:
@@ -124,7 +124,7 @@ def _per_block(blocks: list[list[Block]], values: dict[int, Data]) -> list[Data]
 
 
 def _latest(root: Element) -> tuple[list[Element], tuple[str, ...]]:
-    """Grids that hold something themselves; of those of several times the last one."""
+    """Grids that are not collections, and notes; of several times, those of the last one."""
     found, notes = [], []
     queue = list(root.iterfind("Domain/Grid"))
     while queue:
@@ -150,7 +150,7 @@ def _time(grid: Element) -> float:
 
 
 def _part(root: Element, grid: Element, name: str) -> Element | None:
-    """The topology or geometry of a grid, its own one or that which it includes or refers to."""
+    """The topology or geometry of a grid: its own, or one that it includes or to which it refers."""
     own = grid.find(name)
     if own is not None:
         reference = own.get("Reference")
@@ -175,7 +175,7 @@ def _part(root: Element, grid: Element, name: str) -> Element | None:
 
 
 def _pointed(root: Element, path: str) -> Element | None:
-    """The element that a path leads to, as /Xdmf/Domain/Grid[@GridType='Uniform'][1]."""
+    """The element at a path such as /Xdmf/Domain/Grid[@GridType='Uniform'][1]."""
     steps = STEP.findall(path)
     if "".join(map("".join, steps)) != path:
         raise FileError(f"refers to {path!r}, which is not understood")
@@ -189,7 +189,7 @@ def _pointed(root: Element, path: str) -> Element | None:
 
 
 def _chosen(elements: Sequence[Element], conditions: str) -> list[Element]:
-    """Elements, of several ones, that meet all conditions, from the left to the right."""
+    """The elements that meet all conditions, applied from left to right."""
     chosen = list(elements)
     for key, value, number in CONDITION.findall(conditions):
         chosen = [each for each in chosen if each.get(key) == value] if key else chosen[int(number) - 1 : int(number)]
@@ -206,7 +206,7 @@ def _has_faces(topology: Element) -> bool:
 
 
 def _same(one: Element, other: Element) -> bool:
-    """Whether two elements hold the same numbers: they are one, or name the same place in a file."""
+    """Whether two elements hold the same numbers: they are identical, or name the same data set in a file."""
     if one is other:
         return True
     items = [each.find("DataItem") for each in (one, other)]
@@ -228,7 +228,7 @@ def _blocks(topology: Element, cells: Data) -> list[Block]:
 
 
 def _mixed(numbers: list[int]) -> list[Block]:
-    """Blocks of a list in which the kind of each cell stands before its nodes."""
+    """Blocks from a list that has the kind of each cell before its nodes."""
     kinds = {number: name for name, number in KINDS.values()}
     found: list[tuple[str, list[list[int]]]] = []
     at = 0
@@ -260,7 +260,7 @@ def _names(root: Element) -> dict[str, Integers]:
 
 
 class _Numbers:
-    """Numbers of elements, from HDF5 files beside or the XML itself; a file is opened once for each."""
+    """Reader of the numbers of elements, from HDF5 files beside or the XML itself."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

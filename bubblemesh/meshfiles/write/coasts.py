@@ -17,7 +17,7 @@ from bubblemesh.meshes.shores import Kind, Stretch, stretches
 from bubblemesh.meshfiles.groups import Fields, cell_ids, group_names
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 
-# Numbers of the boundaries without flow: in ADCIRC those whose condition is a natural one.
+# Numbers of the boundaries without flow; in ADCIRC, those of natural boundary conditions.
 ADCIRC: Mapping[Kind, int] = {"land": 20, "island": 21}
 SCHISM: Mapping[Kind, int] = {"land": 0, "island": 1}
 SMS_CELLS = {3: "E3T", 4: "E4Q"}
@@ -25,7 +25,7 @@ STRING = 10  # nodes on a line of a node string
 
 
 def depths(mesh: Mesh) -> Floats:
-    """Depth (n,) at each node: 0 where the mesh has none."""
+    """Depth (n,) at each node; 0 if the mesh has no depth."""
     return mesh.depth if len(mesh.depth) else np.zeros(len(mesh.points))
 
 
@@ -37,8 +37,8 @@ def edge_labels(mesh: Mesh) -> dict[str, str]:
 def write_grid(mesh: Mesh, fields: Fields, path: Path, *, closed: Mapping[Kind, int]) -> None:
     """Write nodes with depths, cells, and the open, land and island boundaries, for ADCIRC or SCHISM.
 
-    The numbers of boundaries without flow are ``closed``; a remark after the number of nodes of each boundary has its
-    label. Regions, inner lines, labelled points and fields have no place.
+    The numbers of boundaries without flow are ``closed``. The label of each boundary is a remark after its number of
+    nodes. Regions, inner lines, labelled points and fields are not written.
     """
     write_text(path, _grid_text(mesh, closed))
 
@@ -72,12 +72,14 @@ def _boundaries(word: str, found: Sequence[Stretch], numbers: Mapping[Kind, int]
 def write_sms(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write nodes with the height of the bed, cells with materials, and a node string for each stretch of a label.
 
-    Materials are the ids of regions, numbers of node strings those of labels; fields and labelled points have no place.
+    Materials are the ids of regions, numbers of node strings those of labels. Fields and labelled points are not
+    written.
     """
     write_text(path, _sms_text(mesh))
 
 
 def _sms_text(mesh: Mesh) -> Iterator[str]:
+    """Lines of the file of `write_sms`."""
     yield 'MESH2D\nMESHNAME "mesh by bubblemesh"\nNUM_MATERIALS_PER_ELEM 1\n'
     before = 0
     for cells in mesh.cells:
@@ -96,7 +98,7 @@ def _sms_text(mesh: Mesh) -> Iterator[str]:
 
 
 def _chains(mesh: Mesh, label: int) -> Iterator[list[int]]:
-    """Nodes of the edges of a label, as far as these follow each other without a fork; a ring ends where it begins."""
+    """Chains of the nodes of a label's edges, without forks; a ring ends with its first node."""
     edges = mesh.facets[mesh.facet_labels == label, :2]
     leaving, coming = (np.bincount(nodes, minlength=len(mesh.points)) for nodes in edges.T)
     simple = (leaving == 1) & (coming == 1)

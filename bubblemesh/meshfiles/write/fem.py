@@ -28,15 +28,16 @@ from bubblemesh.meshfiles.text import lines, listed, write_text
 
 MEDIT_KINDS = {3: "Triangles", 4: "Quadrilaterals"}  # by the number of nodes
 PER_LINE = 16  # numbers in a line of a set of Abaqus, at most
-FIELD = 20  # characters of a number; CalculiX drops the others, be they an exponent
+FIELD = 20  # characters of a number; CalculiX drops further ones, even if they are an exponent
 
 
 def write_medit(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write nodes, edges and cells with their ids; names and fields have no place, a metric is in a file beside."""
+    """Write nodes, edges and cells with their ids, without names and fields; a metric is in a file beside."""
     write_text(path, _medit_text(mesh))
 
 
 def _medit_text(mesh: Mesh) -> Iterator[str]:
+    """Lines of the file of `write_medit`."""
     yield f"MeshVersionFormatted 2\nDimension 2\n\nVertices\n{len(mesh.points)}\n"
     yield from lines("%r %r %d", mesh.points, point_ids(mesh))
     yield f"\nEdges\n{len(mesh.facets)}\n"
@@ -46,7 +47,7 @@ def _medit_text(mesh: Mesh) -> Iterator[str]:
         yield f"\n{MEDIT_KINDS[width]}\n{count}\n"
         yield from lines("%d " * width + "%d", cells.nodes + 1, cell_ids(mesh, cells))
     if len(mesh.labelled_nodes):
-        # Mmg keeps the points that are named here.
+        # Mmg keeps the points in this list.
         yield f"\nRequiredVertices\n{len(mesh.labelled_nodes)}\n"
         yield from lines("%d", mesh.labelled_nodes + 1)
     yield "\nEnd\n"
@@ -63,7 +64,7 @@ def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:
     import meshio
 
     teach_med()
-    # MED numbers the families of cells downwards from -1 and those of nodes upwards from 1; 0 is none.
+    # MED numbers the families of cells downwards from -1 and those of nodes upwards from 1; 0 stands for no family.
     data: dict[str, Any] = {"cell_tags": [-facet_ids(mesh), *(-cell_ids(mesh, cells) for cells in mesh.cells)]}
     points = np.zeros(len(mesh.points), np.int64)
     points[mesh.labelled_nodes] = node_ids(mesh)
@@ -74,19 +75,19 @@ def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:
     families = [(words[name], group) for name, group in group_names(mesh).items()]
     result.cell_tags = {-group.id: [word] for word, group in families if group.dimension > 0}
     result.point_tags = {group.id: [word] for word, group in families if group.dimension == 0}
-    # Built in memory, since HDF5 does not survive a full disk.
+    # Built in memory, since HDF5 crashes on a full disk.
     file = BytesIO()
     result.write(file, file_format="med")
     path.write_bytes(file.getvalue())
 
 
 def write_inp(mesh: Mesh, fields: Fields, path: Path, *, element: str) -> None:
-    """Write nodes and elements of the kinds ``element`` and the number of its nodes; there is no place for fields.
+    """Write nodes and elements, whose kinds are ``element`` and the number of their nodes; fields are not written.
 
-    Quadrilaterals of second order have eight nodes: that in the middle, which they would not use, is left out, and the
-    others keep their numbers. Each region is an ELSET, each label an NSET and, for loads on edges, a SURFACE of the
-    same name; the surface of an inner line is its left side. Each labelled point is an NSET. All nodes are in the NSET
-    ``NALL`` and all elements in the ELSET ``EALL``.
+    - Quadrilaterals of second order have eight nodes: the middle one is left out, the others keep their numbers.
+    - Each region is an ELSET, each labelled point an NSET.
+    - Each label is an NSET and, for loads on edges, a SURFACE of the same name; that of an inner line is its left side.
+    - All nodes are in the NSET ``NALL``, all elements in the ELSET ``EALL``.
     """
     write_text(path, _inp_text(mesh, element))
 
@@ -101,6 +102,7 @@ def set_names(mesh: Mesh) -> dict[str, str]:
 
 
 def _inp_text(mesh: Mesh, element: str) -> Iterator[str]:
+    """Lines of the file of `write_inp`."""
     spelled = set_names(mesh)
     words = list(spelled.values())
     regions, points = words[len(mesh.labels) :], words[len(mesh.labels) + len(mesh.regions) :]
@@ -123,7 +125,7 @@ def _inp_text(mesh: Mesh, element: str) -> Iterator[str]:
 def _inp_elements(mesh: Mesh, blocks: Sequence[Cells], element: str, regions: Sequence[str]) -> Iterator[str]:
     """Elements of all blocks by their regions, and the sets of these.
 
-    Sets of two kinds of elements are lists of numbers, since meshio takes a set in ``*ELEMENT`` for that of one kind.
+    Sets with two kinds of elements are lists of numbers, since meshio reads a set in ``*ELEMENT`` for one kind only.
     """
     one_kind = len(blocks) == 1
     for index, word in enumerate(regions):
@@ -143,7 +145,7 @@ def _inp_elements(mesh: Mesh, blocks: Sequence[Cells], element: str, regions: Se
 
 
 def _used(count: int, blocks: Iterable[Cells]) -> Booleans:
-    """Mask of the nodes, ``count`` in all, that cells have."""
+    """Mask (count,) of the nodes that cells use."""
     used = np.zeros(count, bool)
     for cells in blocks:
         used[cells.nodes] = True
@@ -151,7 +153,7 @@ def _used(count: int, blocks: Iterable[Cells]) -> Booleans:
 
 
 def _short(points: Floats) -> NDArray[np.object_]:
-    """Coordinates (n, 2) as text that fits a field: exact where it can be, else to 14 digits or more."""
+    """Coordinates (n, 2) as texts that fit a field: exact if possible, else with 14 digits or more."""
     texts = [text if len(text := repr(x)) <= FIELD else _cut(x) for x in points.ravel().tolist()]
     return np.array(texts, object).reshape(points.shape)
 

@@ -25,9 +25,9 @@ FRONT, BACK = "front", "back"
 
 
 def write_su2(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write cells, nodes and one marker for each label; the format has no place for regions and fields.
+    """Write cells, nodes and one marker for each label, without regions and fields.
 
-    Labels of inner edges become markers too, for SU2's option ``MARKER_INTERNAL``.
+    Labels of inner edges become markers, too, for SU2's option ``MARKER_INTERNAL``.
     """
     write_text(path, _su2_text(mesh))
 
@@ -57,11 +57,11 @@ def patch_names(mesh: Mesh) -> dict[str, str]:
 
 
 def write_openfoam(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write a layer of prisms, of quadrilaterals hexahedra, in Gmsh's ASCII format 2.2: OpenFOAM's meshes have volume.
+    """Write a layer of prisms and hexahedra in Gmsh's ASCII format 2.2, as meshes of OpenFOAM have volume.
 
-    It begins at z = 0, and is as high as the side of a square as large as the mean triangle. Labels become patches of
-    quadrilaterals, regions cell zones; the cells at z = 0 are the patch ``back``, those above ``front``. Labelled
-    points and the fields have no place.
+    The layer begins at z = 0; its height is the side of a square with the area of the mean triangle. Labels become
+    patches of quadrilaterals, regions cell zones; the lower side is the patch ``back``, the upper one ``front``.
+    Labelled points and fields are not written.
     """
     n, names, words = len(mesh.points), group_names(mesh), patch_names(mesh)
     groups = [(word, Group(names[name].id, names[name].dimension + 1)) for name, word in words.items()]

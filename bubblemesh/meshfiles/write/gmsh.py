@@ -1,4 +1,4 @@
-"""Gmsh's mesh format 2.2: the one that solvers read most widely, with named groups."""
+"""Gmsh's mesh format 2.2, with named groups: the version that most solvers read."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -32,7 +32,7 @@ KINDS = {"line": 1, "triangle": 2, "quad": 3, "hexahedron": 5, "wedge": 6, "line
 KINDS |= {"vertex": 15}
 
 Holders = Mapping[int, Sequence[int]]
-"""Parts, from 1, that hold a cell as a ghost, for each cell that is one, by its number."""
+"""For each cell that is a ghost, by its number, the parts, from 1, in which it is one."""
 NO_HOLDERS: Holders = {}
 
 
@@ -44,11 +44,11 @@ class Block(NamedTuple):
     ids: Integers
     parts: Integers | None = None  # (m,) from 1
     holders: Holders = NO_HOLDERS
-    entities: Integers | None = None  # (m,): their elementary entities, if these have not the numbers of the groups
+    entities: Integers | None = None  # (m,): their elementary entities, if these differ from the groups
 
     @property
     def tags(self) -> tuple[Integers, Integers]:
-        """Numbers (m,) of the groups and of the elementary entities: readers want both, and none of them 0."""
+        """Numbers (m,) of the groups and of the elementary entities: readers need both, and other numbers than 0."""
         return self.ids, self.ids if self.entities is None else self.entities
 
 
@@ -58,14 +58,14 @@ Matching = tuple[int, tuple[int, int], Floats, Integers]
 
 
 def write_msh(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write points, edges and cells with their physical groups, binary, and which nodes of periodic sides match.
+    """Write points, edges and cells with their physical groups, in binary, and the matching nodes of periodic sides.
 
-    All of them have the tag of their part if there is a partition, and no ghosts: readers take one number of tags for
-    all cells of a kind. The format has no place for the fields.
+    With a partition, all of them have the tag of their part, but no ghosts, as readers expect the same number of tags
+    for all cells of a kind. Fields are not written.
     """
     with path.open("wb") as file:
         file.write(b"$MeshFormat\n2.2 1 8\n%b\n$EndMeshFormat\n" % np.int32(1).tobytes())
-        groups = sorted(_groups(mesh).items(), key=lambda item: item[1].dimension)  # as meshio writes them
+        groups = sorted(_groups(mesh).items(), key=lambda item: item[1].dimension)  # in the order of meshio
         file.write("".join(names_text(groups)).encode())
         file.write(b"$Nodes\n%d\n" % len(mesh.points))
         nodes = np.zeros(len(mesh.points), [("number", "i4"), ("place", "f8", 3)])
@@ -100,20 +100,20 @@ def as_meshio(mesh: Mesh) -> Any:
 
 
 def write_msh_ascii(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write what `write_msh` does as text; cells have the tags of the parts that hold them as ghosts, too."""
+    """Write the file of `write_msh` as text; cells also have the tags of the parts in which they are ghosts."""
     text = _plane_text(mesh, _blocks(mesh, halo=True), list(_groups(mesh).items()))
     write_text(path, chain(text, periodic_text(periodic_entities(mesh))))
 
 
 def write_words(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write what `write_msh_ascii` does but for matching nodes, the groups by words, as Netgen cuts names at spaces."""
+    """Write the file of `write_msh_ascii`, with words as names, as Netgen cuts these at spaces; no matching nodes."""
     words = plain_words(mesh)
     groups = [(words[name], group) for name, group in group_names(mesh).items()]
     write_text(path, _plane_text(mesh, _blocks(replace(mesh, partition=None, periodic=mesh.periodic[:0])), groups))
 
 
 def write_boundary(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write triangles and the edges of the boundary alone: deal.II takes no inner edges, and points for nothing."""
+    """Write triangles and boundary edges only: deal.II refuses inner edges, and does not use points."""
     blocks = [
         Block("line", mesh.facets[mesh.outer], facet_ids(mesh)[mesh.outer]),
         Block("triangle", mesh.triangles, region_ids(mesh)),
@@ -148,7 +148,7 @@ def msh_text(points: Floats, blocks: Sequence[Block], groups: Sequence[tuple[str
 
 
 def periodic_entities(mesh: Mesh) -> list[Matching]:
-    """The periodic sides as Gmsh knows them: entities of edges, each with the one that it is a copy of."""
+    """The periodic sides in Gmsh's form: entities of edges, each with its original."""
     found = []
     for sides in mesh.periodic_sides:
         affine = np.eye(4)
@@ -162,7 +162,7 @@ def periodic_text(
 ) -> Iterator[str]:
     """Section of the entities that are copies, with nodes from 0; empty if there are none.
 
-    The maps have a ``head``: the word of version 2.2, or how many numbers follow in 4.1; ``number`` spells these.
+    The maps begin with ``head``, the word of version 2.2 or the count of numbers in 4.1; ``number`` formats numbers.
     """
     if not matches:
         return
@@ -174,7 +174,7 @@ def periodic_text(
 
 
 def _blocks(mesh: Mesh, *, halo: bool = False) -> list[Block]:
-    """Labelled points, facets and cells, these with the parts that hold them as ghosts if the ``halo`` counts."""
+    """Labelled points, facets and cells; with ``halo``, cells also have the parts in which they are ghosts."""
     facets, triangles, holders = None, None, NO_HOLDERS
     if mesh.partition is not None:
         facets, triangles = cell_parts(mesh, mesh.partition)
@@ -198,7 +198,7 @@ def _blocks(mesh: Mesh, *, halo: bool = False) -> list[Block]:
 
 
 def _groups(mesh: Mesh) -> dict[str, Group]:
-    """Groups by their names, with one for ends of periodic sides: readers want all cells to be in one with a name."""
+    """Groups by their names, with one for ends of periodic sides: readers need a named group for all cells."""
     found = dict(group_names(mesh))
     if len(ends_of_periodic_sides(mesh)):
         name = ENDS
@@ -215,8 +215,8 @@ def _id_of_ends(mesh: Mesh) -> int:
 def ends_of_periodic_sides(mesh: Mesh) -> Integers:
     """Nodes (k,) without a label of their own where a periodic side meets another one.
 
-    For Gmsh each has to be a point: it moves nodes of the copies to where those of the originals are, and a node
-    has one curve.
+    For Gmsh each of them has to be a point: it moves nodes of copies to the places of the originals, and a node can
+    have one curve only.
     """
     if len(mesh.periodic) == 0:
         return np.zeros(0, np.int64)
@@ -239,9 +239,9 @@ def cell_parts(mesh: Mesh, partition: Partition) -> tuple[Integers, Integers]:
 
 
 def ghost_holders(partition: Partition, numbers: Integers) -> Holders:
-    """Parts, from 1, that hold a cell as a ghost, for each cell that is one, in ascending order.
+    """For each cell that is a ghost, the parts, from 1, in which it is one; in ascending order.
 
-    Triangles have the numbers (t,) of their cells: a cell is a ghost if one of its triangles is.
+    The ``numbers`` (t,) are the cells of the triangles: a cell is a ghost if one of its triangles is.
     """
     part, triangle = partition.ghosts.T
     ghosts = np.column_stack([numbers[triangle], part])

@@ -37,7 +37,7 @@ MAP = "16"  # head of the maps of periodic sides: so many numbers follow
 
 @record
 class Entity:
-    """A point, curve or surface, as a whole or, if it has a parent, of some parts of the mesh, which count from 1."""
+    """A point, curve or surface; if it has a parent, the piece of that in some parts of the mesh, numbered from 1."""
 
     dimension: int
     tag: int
@@ -48,7 +48,7 @@ class Entity:
 
 @record
 class Layer:
-    """Cells (m, k) of one kind, or nodes alone without one, their entities, and the index (m,) of each one's entity."""
+    """Cells (m, k) of one kind, or nodes only if there is no kind; their entities, and the index (m,) of each."""
 
     kind: str | None
     cells: Integers
@@ -63,7 +63,7 @@ class Layer:
 
     @property
     def next_tag(self) -> int:
-        """The first number above those of all entities."""
+        """The first number after those of all entities."""
         return max((entity.tag for entity in self.entities), default=0) + 1
 
 
@@ -83,7 +83,7 @@ class CellBlock(NamedTuple):
 def write_msh4(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write points, edges and cells with their groups, the partition with its ghosts, and matching nodes.
 
-    Nodes and cells have the numbers that they have in Gmsh's other formats. The format has no place for the fields.
+    Nodes and cells have the same numbers as in Gmsh's other formats. Fields are not written.
     """
     whole = whole_layers(mesh)
     layers = whole if mesh.partition is None else divided_layers(mesh, mesh.partition, whole)
@@ -103,7 +103,7 @@ def write_msh4(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 
 def _by_kinds(mesh: Mesh, surfaces: Layer) -> Iterator[Layer]:
-    """The layer of a mesh's triangles as layers of cells, one of each kind, with the entities that these are on."""
+    """The layer of a mesh's triangles as layers of cells, one for each kind, with the entities of these."""
     for nodes, triangles in mesh.cells:
         present, index = np.unique(surfaces.index[triangles[:, 0]], return_inverse=True)
         entities = tuple(surfaces.entities[k] for k in present.tolist())
@@ -124,15 +124,15 @@ def whole_layers(mesh: Mesh) -> list[Layer]:
         found.append(Layer(kind, cells, tuple(Entity(dimension, k, k) for k in numbers.tolist()), index))
     points = tuple(Entity(POINTS, k, number) for k, number in enumerate(node_ids(mesh).tolist(), start=1))
     labelled = Layer("vertex", mesh.labelled_nodes[:, None], points, np.arange(len(points)))
-    nodes = ends_of_periodic_sides(mesh)  # no cells: readers want these to have a group if any has
+    nodes = ends_of_periodic_sides(mesh)  # nodes only: cells would need a group, as others have one
     ends = tuple(Entity(POINTS, labelled.next_tag + k, None) for k in range(len(nodes)))
     return [*found, labelled, Layer(None, nodes[:, None], ends, np.arange(len(ends)))]
 
 
 def divided_layers(mesh: Mesh, partition: Partition, whole: Sequence[Layer]) -> list[Layer]:
-    """Layers of a partition: an entity for each part of another one, and curves of the nodes that the same parts share.
+    """Layers of a partition: an entity for each part of an entity, and curves for nodes that the same parts share.
 
-    Later layers hold nodes before earlier ones: those that parts share are on their curve, labelled ones on a point.
+    A node belongs to the last layer that has it: nodes that parts share are on their curve, labelled ones on a point.
     """
     surfaces, curves, *points = whole
     of_facets, of_triangles = cell_parts(mesh, partition)
@@ -168,7 +168,7 @@ def _owned(points: Layer, first: int, parts_of: Mapping[int, tuple[int, ...]]) -
 
 
 def _by_parts(layer: Layer, parts: Integers) -> Layer:
-    """The layer with an entity for each part (m,) of those that it has."""
+    """The layer with an entity for each part of its entities; ``parts`` (m,) are those of the cells."""
     rows, index = np.unique(np.column_stack([layer.index, parts]), axis=0, return_inverse=True)
     wholes = [layer.entities[which] for which, _ in rows.tolist()]
     entities = tuple(
@@ -181,7 +181,7 @@ def _by_parts(layer: Layer, parts: Integers) -> Layer:
 def entities_text(
     mesh: Mesh, whole: Sequence[Layer], layers: Sequence[Layer], partition: Partition | None
 ) -> Iterator[str]:
-    """Sections before the nodes: groups, the entities that have them, and what these are in a partition."""
+    """Sections before the nodes: groups, entities with groups, and the entities of a partition."""
     yield "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
     yield from names_text(list(group_names(mesh).items()))
     yield "$Entities\n"
@@ -196,7 +196,7 @@ def entities_text(
 
 
 def _rows(points: Floats, layers: Sequence[Layer]) -> Iterator[str]:
-    """Numbers of points, curves, surfaces and volumes, and all of them, with the box that each is in."""
+    """Numbers of points, curves, surfaces and volumes, and then all of these, each with its box."""
     rows: list[list[str]] = [[], [], [], []]
     for layer in layers:
         low, high = np.full((2, len(layer.entities), 2), [[[np.inf]], [[-np.inf]]])
@@ -216,7 +216,7 @@ def _rows(points: Floats, layers: Sequence[Layer]) -> Iterator[str]:
 
 
 def by_places(layers: Sequence[Layer], count: int) -> list[tuple[Place, Integers]]:
-    """So many nodes (m,) by the entities that they are on: of the last layer that has them."""
+    """Nodes (m,), of ``count`` in all, by their entities, which are those of the last layer that has them."""
     places = np.zeros((count, 2), np.int64)
     for layer in layers:
         places[layer.cells] = layer.places[:, None]
@@ -242,7 +242,7 @@ def cell_blocks(layers: Iterable[Layer]) -> Iterator[CellBlock]:
         numbers = before + numbered(len(layer.cells))
         counts = np.bincount(layer.index, minlength=len(layer.entities))
         blocks = np.split(np.argsort(layer.index, kind="stable"), np.cumsum(counts)[:-1])
-        for entity, mine in zip(layer.entities, blocks, strict=False):  # of no entities there is a block all the same
+        for entity, mine in zip(layer.entities, blocks, strict=False):  # without entities there is a block all the same
             yield CellBlock(entity, str(layer.kind), numbers[mine], layer.cells[mine])
         before += len(layer.cells)
 

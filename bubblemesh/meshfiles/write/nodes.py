@@ -16,7 +16,7 @@ from bubblemesh.meshes.sliced import SlicedMesh
 from bubblemesh.meshfiles.groups import NODE_OWNER, Fields, names_of_points
 from bubblemesh.meshfiles.text import csv_text, lines, write_text
 
-OPPOSITE = 1e-9  # two normals whose sum is shorter point apart, as at the contact of two rings: there is no normal
+OPPOSITE = 1e-9  # length of the sum of two normals that are opposite, as where rings touch: there is no normal
 
 
 class Nodes(NamedTuple):
@@ -26,7 +26,7 @@ class Nodes(NamedTuple):
     y: Floats
     boundary: Booleans  # which are on the boundary of the domain
     label: NDArray[np.str_]  # the node's own, else that of the facet which starts there, else the empty text
-    nx: Floats  # unit normal out of the domain; 0 inside, and where two rings touch with normals that point apart
+    nx: Floats  # unit normal out of the domain; 0 inside, and where two rings touch with opposite normals
     ny: Floats
 
 
@@ -39,7 +39,7 @@ def nodes_of(mesh: Mesh, outer: Booleans) -> Nodes:
     boundary[mesh.facets[outer].ravel()] = True
     label = np.full(len(mesh.points), "", dtype=object)
     names, point_names = np.array(mesh.labels, object), np.array(names_of_points(mesh), object)
-    # The last one stands: that of the boundary before that of inner lines, the start's before the end's.
+    # Later values replace earlier ones: labels of the boundary those of inner lines, those at starts those at ends.
     for facets in (~outer, outer):
         for ends in mesh.facets[facets].T[::-1]:
             label[ends] = names[mesh.facet_labels[facets]]
@@ -86,7 +86,7 @@ def write_sliced_npz(mesh: SlicedMesh, path: Path) -> None:
     """Write the arrays of `write_npz` slice by slice."""
     with ZipFile(path, "w", ZIP_DEFLATED) as file:
         for k, (name, column) in enumerate(nodes_of(mesh.frame, mesh.outer)._asdict().items()):
-            # Of inner nodes there are only the places: zeros, which are empty texts too, need no reading of slices.
+            # Inner nodes have places only: the other columns are zeros, also empty texts, without reading slices.
             places = (part.points[:, k] for part in mesh.slices())
             zeros = (np.zeros(count, column.dtype) for count in mesh.sizes[:, 0])
             _write_array(file, name, (mesh.nodes,), chain([column], places if name in ("x", "y") else zeros))
@@ -122,7 +122,7 @@ def _normals(mesh: Mesh, outer: Booleans) -> Floats:
     chord = _unit(mesh.points[facets[:, 1]] - mesh.points[facets[:, 0]])
     total = np.zeros_like(mesh.points)
     for end, sign in ((0, 1), (1, -1)):
-        # The way to the middle of an arc halves the angle between its chord and its tangent.
+        # The direction to the middle of an arc halves the angle between its chord and its tangent.
         half = _unit(sign * (middle - mesh.points[facets[:, end]]))
         tangent = 2 * np.einsum("ij,ij->i", chord, half)[:, None] * half - chord
         np.add.at(total, facets[:, end], np.column_stack([tangent[:, 1], -tangent[:, 0]]))

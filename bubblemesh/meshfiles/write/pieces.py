@@ -19,15 +19,15 @@ from bubblemesh.meshfiles.formats import PIECE
 from bubblemesh.meshfiles.groups import GLOBAL_CELL, GLOBAL_NODE, Fields
 from bubblemesh.meshfiles.write.viewers import vtk_grid, write_compressed
 
-GHOSTS = "vtkGhostType"  # 1 for cells and nodes that are those of another piece
+GHOSTS = "vtkGhostType"  # 1 for cells and nodes of another piece
 TYPES = {"f": "Float64", "i": "Int64", "u": "UInt8"}
 
 
 def write_pvtu(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write NAME.pvtu and a NAME_K.vtu for each part K, or for the whole mesh if it has no partition.
 
-    A piece has the cells of its part, then those of its halo, and their nodes; numbers of both in the whole mesh are
-    ``GlobalNodeId`` and ``GlobalElementId``.
+    A piece has the cells of its part, then those of its halo, and their nodes; ``GlobalNodeId`` and ``GlobalElementId``
+    are numbers of nodes and cells in the whole mesh.
     """
     partition = mesh.partition or Partition(mesh.triangles, np.zeros(len(mesh.triangles), np.int64), 1, GEOMETRY)
     cells = sum(len(each.nodes) for each in mesh.cells)
@@ -47,7 +47,7 @@ def write_sliced_pvtu(mesh: SlicedMesh, path: Path) -> None:
 
 
 def _slice_piece(mesh: SlicedMesh, border: Border, number: int, part: Slice) -> meshio.Mesh:
-    """The piece of a slice, made of its triangles and of those around it."""
+    """The piece of a slice: its triangles, and those around it."""
     around, own = _around(border, number), np.arange(len(part.triangles))
     outer = border.mesh.triangles[around]
     mine, theirs = np.unique(part.triangles), np.unique(outer)
@@ -70,7 +70,7 @@ def _slice_piece(mesh: SlicedMesh, border: Border, number: int, part: Slice) -> 
 
 
 def _around(border: Border, number: int) -> Integers:
-    """Triangles at the border in the halo of a slice, and what of other slices touches these: it tells their owners."""
+    """Triangles at the border in the halo of a slice, and triangles that touch these, which decide their owners."""
     triangles, owner = border.partition.triangles, border.partition.owner
     at_halo = np.zeros(len(border.nodes), bool)
     at_halo[triangles[border.partition.halo(number)]] = True
@@ -95,7 +95,7 @@ def _numbered(grid: meshio.Mesh, nodes: Integers, cells: Integers) -> meshio.Mes
 
 
 def _piece(grid: meshio.Mesh, own: Integers, halo: Integers, partition: Partition, part: int) -> meshio.Mesh:
-    """The cells ``own`` (m,) of a part of a grid and those of its ``halo`` (g,), with a mark on what is another part's.
+    """The cells ``own`` (m,) of a part of a grid and its ``halo`` (g,), with marks on cells and nodes of other parts.
 
     Cells are given by their numbers in all blocks of the grid.
     """

@@ -14,9 +14,9 @@ from bubblemesh.meshfiles.text import lines, write_text
 
 
 def write_pos(mesh: Mesh, fields: Fields, path: Path) -> None:
-    """Write triangles with the metric at their corners, or of a mesh without one their spacing.
+    """Write triangles with the metric at their corners, or with their spacing if the mesh has no metric.
 
-    Triangles whose spacing is not known have the mean length of their sides.
+    Triangles without a known spacing get the mean length of their sides.
     """
     if len(mesh.metric):
         write_text(path, _tensors(mesh))

@@ -1,4 +1,4 @@
-"""VTK's files with the groups as solvers in Python want them: the cell data of scikit-fem, and the ids of SfePy."""
+"""VTK's files with groups in the form of solvers in Python: the cell data of scikit-fem, and the ids of SfePy."""
 
 import re
 from pathlib import Path
@@ -23,7 +23,7 @@ SIDE_OF_RANKS = np.array([-1, 0, 2, 1])
 def write_skfem(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write triangles with the cell data in which scikit-fem itself stores subdomains and boundaries.
 
-    Data of a region is 1 in its triangles; bits of that of a label tell which sides of a triangle have the label.
+    The data of a region is 1 in its triangles; that of a label has a bit for each side of a triangle with the label.
     """
     import meshio
 

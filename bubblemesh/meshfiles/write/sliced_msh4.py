@@ -36,7 +36,7 @@ Surface = tuple[int, int]
 def write_sliced_msh4(mesh: SlicedMesh, path: Path) -> None:
     """Write the file of `write_msh4` for a partition whose parts are the slices.
 
-    All but nodes and triangles follows from those at the border, with each surface's box in place of its others.
+    Everything but inner nodes and triangles follows from the border, and from the box of each surface.
     """
     border = mesh.border()
     boxes, inner = _surveyed(mesh, border.crowded)
@@ -90,7 +90,7 @@ def _surveyed(mesh: SlicedMesh, crowded: Booleans) -> tuple[dict[Surface, Floats
 
 
 def _inner_nodes(part: Slice, region: int, crowded: Booleans) -> Integers:
-    """Nodes (m,) of a slice's triangles in a region that are no crowded ones."""
+    """Nodes (m,) of a slice's triangles in a region that are not crowded ones."""
     nodes = np.unique(part.triangles[part.regions == region])
     return nodes[~among(crowded, nodes)]
 
@@ -111,5 +111,5 @@ def _with_boxes(border: Border, boxes: dict[Surface, Floats]) -> tuple[Mesh, Par
 
 
 def _surface_of(entity: Entity, regions: tuple[Entity, ...]) -> Surface:
-    """The slice and the region that a part of an entity is."""
+    """The slice and the region of a part of an entity."""
     return entity.parts[0] - 1, entity.parent[1] - regions[0].tag

@@ -29,7 +29,7 @@ def write_telemac(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write triangles with the height of the bed, and beside them the conditions and labels of boundary nodes.
 
     Numbers have double precision where single precision would move a node by more than 1e-4 of its shortest edge.
-    Regions, inner lines, labelled points and fields have no place.
+    Regions, inner lines, labelled points and fields are not written.
     """
     found = stretches(mesh)
     boundary = _boundary_nodes(mesh)
@@ -38,7 +38,7 @@ def write_telemac(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 
 def _boundary_nodes(mesh: Mesh) -> Integers:
-    """Boundary nodes (b,) ring by ring, each once, the first ring from its node with the least x + y on."""
+    """Boundary nodes (b,) ring by ring, each once; the first ring begins with its node of least x + y."""
     first, *others = [mesh.facets[ring, 0] for ring in boundary_rings(mesh)]
     start = int(np.argmin(mesh.points[first].sum(axis=1)))
     nodes = np.concatenate([np.roll(first, -start), *others])
@@ -46,6 +46,7 @@ def _boundary_nodes(mesh: Mesh) -> Integers:
 
 
 def _serafin(mesh: Mesh, boundary: Integers) -> bytes:
+    """Content of the geometry file."""
     number, count = (">f8", len(mesh.points)) if _needs_double(mesh) else (">f4", len(mesh.points))
     on_boundary = np.zeros(count, np.int64)
     on_boundary[boundary] = np.arange(1, len(boundary) + 1)

@@ -15,7 +15,7 @@ from bubblemesh.meshes.edges import edge_keys, find_keys, numbered_edges
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.groups import Fields, cell_ids, cell_values, facet_ids, group_names, plain_words
 
-# What the coordinates of nodes are.
+# Attributes of the coordinates of nodes.
 PROJECTED = {axis: {"standard_name": f"projection_{axis}_coordinate"} for axis in "xy"}
 DEGREES = {
     "x": {"standard_name": "longitude", "units": "degrees_east"},
@@ -28,9 +28,9 @@ NODE, EDGE, FACE, CORNERS, ENDS = (f"n{MESH}_{word}" for word in ("node", "edge"
 def write_ugrid(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write nodes, edges and cells; regions and fields of cells, labels of edges, and the height of the bed at nodes.
 
-    Labelled points have no place.
+    Labelled points are not written.
     """
-    from scipy.io import netcdf_file  # which a case without such files should not wait for
+    from scipy.io import netcdf_file  # here, so that cases without such files do not wait for it
 
     edges = _edges(mesh)
     with netcdf_file(path, "w", version=2) as file:
@@ -59,12 +59,12 @@ def write_ugrid(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 
 def words(mesh: Mesh) -> dict[str, str]:
-    """Return for the name of each label and region the word that stands for it."""
+    """For the name of each label and region, the word that stands for it."""
     return plain_words(mesh, dimensions=(1, 2))
 
 
 def _topology(file: Any) -> None:
-    """The variable that tells what the others are."""
+    """Add the variable that describes the others."""
     about: dict[str, Any] = {
         "cf_role": "mesh_topology",
         "long_name": "mesh by bubblemesh",
@@ -99,7 +99,7 @@ def _attributes(part: Any, about: dict[str, Any]) -> None:
 
 
 def _flags(mesh: Mesh, dimension: int) -> dict[str, Any]:
-    """Attributes that tell what numbers of groups stand for."""
+    """Attributes with the names of the groups by their numbers."""
     groups = {name: group.id for name, group in group_names(mesh).items() if group.dimension == dimension}
     spelled = words(mesh)
     meanings = " ".join(spelled[name] for name in groups)
@@ -111,7 +111,7 @@ def _padded(nodes: NDArray[np.int64], width: int) -> NDArray[np.int64]:
 
 
 def _edges(mesh: Mesh) -> NDArray[np.int64]:
-    """Edges (e, 2) of all cells: diagonals of quadrilaterals are none."""
+    """Edges (e, 2) of all cells, without diagonals of quadrilaterals."""
     edges, of_triangle = numbered_edges(mesh.triangles)
     if len(mesh.quads) == 0:
         return edges

@@ -14,8 +14,8 @@ from bubblemesh.meshfiles.groups import CELL_KINDS, NODE_OWNER, PARTITION, Field
 def write_vtu(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write the cells, their region ids as ``material`` and the fields, compressed.
 
-    Fields of a quadrilateral are the means of its halves. With a partition there are the part of each cell,
-    ``partition``, and that of each node, ``owner``.
+    Fields of a quadrilateral are the means of its halves. With a partition, ``partition`` is the part of each cell and
+    ``owner`` that of each node.
     """
     write_compressed(vtk_grid(mesh, fields), path)
 
@@ -32,7 +32,7 @@ def write_tecplot(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 def vtk_grid(mesh: Mesh, fields: Fields) -> Any:
     """A `meshio.Mesh` with the data of VTK's formats."""
-    # int64 on purpose: VTK 9 loses int32 cell data of legacy files.
+    # int64 on purpose: VTK 9 loses int32 cell data in legacy files.
     return _grid(mesh, fields, np.pad(mesh.points, ((0, 0), (0, 1))), np.int64)
 
 

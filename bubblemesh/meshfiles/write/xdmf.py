@@ -1,4 +1,4 @@
-"""XDMF, cells and facets in two files as FEniCSx wants it, the numbers in HDF5 files or inline."""
+"""XDMF: cells and facets in two files, as FEniCSx needs them; the numbers are in HDF5 files or inline."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -25,7 +25,7 @@ _Data = Mapping[str, NDArray[Any]]
 _Store = Callable[[NDArray[Any]], tuple[str, str]]
 """Keeps an array and returns the format and the text by which the XML refers to it."""
 
-# Kinds of facets and cells by the number of their nodes; the number of a kind in a list of several ones.
+# Kinds of facets and cells by the number of their nodes; and the number of each kind in mixed lists.
 _EDGES = {2: "Polyline", 3: "Edge_3"}
 _CELLS = {3: "Triangle", 6: "Triangle_6", 4: "Quadrilateral", 9: "Quadrilateral_9"}
 _NUMBERS = {3: 0x4, 6: 0x24, 4: 0x5, 9: 0x23}
@@ -34,7 +34,7 @@ _DATA_TYPES = {"f": "Float", "i": "Int"}
 
 @record
 class _Topology:
-    """Cells of one kind (m, k), or of several ones in a list with the number of its kind before each; and how many."""
+    """Cells (m, k) of one kind, or a list of cells with the number of the kind before each; and their number."""
 
     kind: str
     cells: Integers
@@ -59,9 +59,9 @@ def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write NAME.xdmf with the cells and NAME_facets.xdmf with the boundary edges, each with its .h5 file.
 
     The tags are ``material`` and ``label``. Fields of a quadrilateral are the means of its halves. Both files hold all
-    points, so that the numbers of the nodes agree. With a partition the first has the part of each cell,
-    ``partition``, and that of each node, ``owner``. A colon in the file's name, which separates file and data set in
-    XDMF, is a CaseError.
+    points, so that the numbers of the nodes agree. With a partition, the first file has ``partition``, the part of each
+    cell, and ``owner``, that of each node. CaseError if the file's name has a colon, which separates file and data set
+    in XDMF.
     """
     _require_name(path)
     _write_pair(path, mesh, _Topology.of(mesh), _cell_data(mesh, fields), _nodal_data(mesh))
@@ -99,7 +99,7 @@ def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
 
 @record
 class _Column:
-    """A data set of an HDF5 file, which lies there in one piece and is filled row by row."""
+    """A contiguous data set of an HDF5 file, which is filled row by row."""
 
     path: Path
     offset: int  # bytes before it in the file
@@ -107,14 +107,14 @@ class _Column:
     width: int  # bytes of a row
 
     def put(self, row: int, values: NDArray[Any]) -> None:
-        """Write rows from one on; threads may write others meanwhile."""
+        """Write rows, beginning with row ``row``; other threads may write other rows at the same time."""
         with self.path.open("r+b") as stream:
             stream.seek(self.offset + row * self.width)
             stream.write(np.ascontiguousarray(values, self.kind).data)
 
 
 def _columns(path: Path, mesh: Mesh, topology: _Topology, data: _Data) -> list[_Column]:
-    """Data sets for points, cells and data of the shapes of these arrays, to be filled; with the XML beside them."""
+    """Empty data sets for points, cells and data, with the shapes of these arrays; the XML is written beside them."""
     heavy = path.with_suffix(".h5")
     with heavy.open("w+b", buffering=0) as stream:
         sink = _Sink(stream)
@@ -139,9 +139,9 @@ def _columns(path: Path, mesh: Mesh, topology: _Topology, data: _Data) -> list[_
 
 
 class _Sink:
-    """A file for the HDF5 library, which ends the process if it cannot write: nothing fails here.
+    """A file for the HDF5 library that never fails, as that ends the process if it cannot write.
 
-    The first error is kept, and what is written after it is dropped.
+    The first error is kept, and everything written after it is dropped.
     """
 
     def __init__(self, stream: RawIOBase) -> None:
@@ -171,7 +171,7 @@ class _Sink:
 
 
 def _unwritten(shape: tuple[int, ...], kind: type = np.float64) -> NDArray[Any]:
-    """An array of a shape, and of no size in memory."""
+    """An array of a shape that takes no memory."""
     return np.broadcast_to(np.zeros((), kind), shape)
 
 
@@ -194,7 +194,7 @@ def _facet_data(mesh: Mesh) -> _Data:
 
 
 def _cell_data(mesh: Mesh, fields: Fields) -> _Data:
-    # The tags come first, since dolfinx reads the first attribute unless told otherwise; it reads them as int32.
+    # The tags come first, since dolfinx reads the first attribute by default; it reads them as int32.
     data = {"material": np.concatenate([cell_ids(mesh, cells) for cells in mesh.cells]).astype(np.int32)}
     for name, values in fields.items():
         data[name] = np.concatenate([cell_values(values, cells) for cells in mesh.cells])
@@ -210,12 +210,12 @@ def _nodal_data(mesh: Mesh) -> _Data:
 
 def _write_pair(path: Path, mesh: Mesh, topology: _Topology, data: _Data, nodal: _Data) -> None:
     heavy = path.with_suffix(".h5")
-    # Built in memory, so that a full disk is a plain OSError and no file lock is needed on a network drive.
+    # Built in memory, so that a full disk raises a plain OSError, and no lock is needed on a network drive.
     with h5py.File(str(heavy), "w", driver="core", backing_store=False) as file:
 
         def store(array: NDArray[Any]) -> tuple[str, str]:
             name = f"data{len(file)}"
-            # Flushed, as otherwise it is written when nobody holds it any more, and a profiler may hold it for a while.
+            # Flushed, as otherwise it is written when its last reference goes, which a profiler may hold for a while.
             file.create_dataset(name, data=array, compression="gzip", compression_opts=4).flush()
             return "HDF", f"{heavy.name}:/{name}"
 
@@ -249,7 +249,7 @@ def _grid(mesh: Mesh, topology: _Topology, data: _Data, nodal: _Data, store: _St
 
 
 def _add_names(grid: ET.Element, mesh: Mesh) -> None:
-    # XDMF has no named groups; meshio reads them in this form and the other readers pass over it.
+    # XDMF has no named groups; meshio reads them in this form, and other readers ignore it.
     names = ET.Element("main")
     for name, (tag, dimension) in group_names(mesh).items():
         ET.SubElement(names, "map", key=name, dim=str(dimension)).text = str(tag)
