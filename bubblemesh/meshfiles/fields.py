@@ -79,12 +79,12 @@ class NodalField(NamedTuple):
 
 
 def read_nodal_field(path: Path, name: str | None, chosen_by: str = "--field") -> NodalField:
-    """Read the data ``name`` at the nodes of a mesh file of triangles, or the only data that is there.
+    """Read the data ``name`` at the nodes of a mesh file of triangles, or its only data.
 
-    Nodes that the file has once for each cell are one where their values agree; quadrilaterals count as two triangles,
-    cells of higher order with their corners. Users give a name by ``chosen_by``. FileError as of `linear_triangles`;
-    CaseError if the name is needed, unknown, or one of data that is not given by real numbers at the nodes, or that is
-    not continuous.
+    Nodes that the file has once for each cell become one if their values agree. Quadrilaterals become two triangles;
+    of cells of higher order the corners are used. Messages call the option for the name ``chosen_by``. The same
+    FileError as `linear_triangles`; CaseError if a name is needed or unknown, or if the data is not real numbers at the
+    nodes or not continuous.
     """
     return nodal_field(linear_triangles(path), name, chosen_by)
 

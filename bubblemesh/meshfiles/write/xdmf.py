@@ -69,9 +69,9 @@ def write_xdmf(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 
 def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
-    """Write the files of `write_xdmf`, slice by slice; nothing is compressed, which would take as long as all else."""
+    """Write the files of `write_xdmf`, slice by slice; nothing is compressed, which would take as long again."""
     _require_name(path)
-    settle()  # an exception of a time limit, where the HDF5 library calls back, would leave it without an answer
+    settle()  # the HDF5 library calls back into Python, and could not handle the exception of a time limit
     frame = replace(mesh.frame, points=_unwritten((mesh.nodes, 2)))
     data = {"material": _unwritten((mesh.triangles,), np.int32)}
     data |= {name: _unwritten((mesh.triangles,)) for name in mesh.fields}
