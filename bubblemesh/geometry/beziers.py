@@ -1,4 +1,4 @@
-"""Cubic Bézier curves by arc length, whose tables are made for all at once: drawings have very many short ones."""
+"""Cubic Bézier curves by arc length; tables are made for all at once, as drawings have very many short curves."""
 
 from functools import cached_property
 
@@ -18,7 +18,7 @@ PANELS = 128  # of the arc length table of a curve
 # Gauss and Legendre's rule of 3 nodes on [-1, 1], as NumPy's `leggauss` gives it.
 GAUSS_NODES = np.array([-0.7745966692414834, 0.0, 0.7745966692414834])
 GAUSS_WEIGHTS = np.array([0.5555555555555557, 0.8888888888888888, 0.5555555555555557])
-SLOWEST = 0.1  # of a regular curve's greatest speed: the table resolves such a change of it
+SLOWEST = 0.1  # least speed of a regular curve, of its greatest one: a change that the table resolves
 
 
 @record
@@ -32,7 +32,7 @@ class Beziers(Tabulated):
 
     @property
     def regular(self) -> Booleans:
-        """Mask (n,) of the curves that stop nowhere, nor nearly so: only these can be followed by arc length."""
+        """Mask (n,) of the curves whose speed is nowhere 0 or nearly so: only these can be followed by arc length."""
         speed = np.hypot(*self._rates(np.linspace(0, 1, PANELS + 1)))
         return np.asarray(speed.min(axis=1) > SLOWEST * speed.max(axis=1))
 
@@ -72,6 +72,7 @@ class Beziers(Tabulated):
         return self._along[:, -1]
 
     def stations(self) -> tuple[Integers, Floats]:
+        """Curves (c,) and arc lengths (c,) at which chords begin, as in `Family`."""
         # Short chords where the curvature is high, so that every chord turns as far and none is too long.
         x, y = self._rates(np.linspace(0, 1, PANELS + 1))
         before, after = (np.stack([x[:, part], y[:, part]], axis=2).reshape(-1, 2) for part in (np.s_[:-1], np.s_[1:]))

@@ -46,7 +46,7 @@ class Boundary:
     ring: Integers  # (p,), outer rings first, from 0; inner pieces have a negative one
     left: Integers  # (p,), number of the region on that side, -1 outside the domain
     right: Integers  # (p,), likewise
-    corners: Floats  # (k, 2), fixed nodes; one that is no piece's end is an embedded point
+    corners: Floats  # (k, 2), fixed nodes; one that is not the end of a piece is an embedded point
     labels: tuple[str, ...]
     area_of_ring: tuple[int, ...] = ()  # number of the area that each ring bounds
 
@@ -269,9 +269,9 @@ class Boundary:
         return np.column_stack([chain[:-1], chain[1:]])[linked], chain_piece[:-1][linked]
 
     def arcs(self, edges: Integers, edge_piece: Integers, s: Floats) -> tuple[Floats, Floats]:
-        """Arc lengths (e,) at which edges begin and end, past the length of the piece across the start of a closed one.
+        """Arc lengths (e,) at which edges begin and end; across a closed piece's start, the end is past its length.
 
-        ``s`` (m,) are those of the nodes after the corners; `edges` makes edges (e, 2) and their pieces (e,) of them.
+        ``s`` (m,) are those of the nodes after the corners; edges (e, 2) and their pieces (e,) are those of `edges`.
         """
         corners, length = len(self.corners), self.lengths[edge_piece]
         along = np.concatenate([np.zeros(corners), s])
@@ -326,5 +326,5 @@ def _integers(*columns: list[int]) -> list[Integers]:
 
 
 def default_label(ring: int, areas: int) -> str:
-    """Label of the sides of a ring, of so many areas, that the case does not name: outer, outer-2, hole-1 and so on."""
+    """Default label of a ring's sides: outer, outer-2, hole-1 and so on; ``areas`` is the number of outer rings."""
     return (f"outer-{ring + 1}" if ring else "outer") if ring < areas else f"hole-{ring - areas + 1}"

@@ -1,4 +1,4 @@
-"""Corners: how pieces leave them, in order around each, and whether triangles have room between."""
+"""Corners: the directions of the pieces around them, in order, and whether there is room for triangles between."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import place
 
-GLANCE = 1e-3  # of a chord's length: so far ahead curves with a common tangent are told apart
+GLANCE = 1e-3  # of a chord's length: distance from a corner at which curves with a common tangent are compared
 
 
 class CornerFans(NamedTuple):
@@ -20,19 +20,19 @@ class CornerFans(NamedTuple):
     forward: Booleans  # (m,), whether the piece starts here, rather than ends
     direction: Floats  # (m,), in which it leaves the corner, in radians
     curvature: Floats  # (m,), of the leaving curve, positive where it turns left
-    following: Integers  # (m,), number of the next one at the same corner; its own where there is no other
+    following: Integers  # (m,), number of the next one at the same corner; its own if it is the only one
 
     def angle_to(self, other: Integers) -> Floats:
         """Angles (m,) in radians, counter-clockwise from each direction to that of the one numbered ``other`` (m,).
 
-        A difference by rounding is none, rather than a full turn.
+        A difference that is due to rounding counts as 0, not as a full turn.
         """
         return np.mod(self.direction[other] - self.direction + ROUNDING, 2 * np.pi) - ROUNDING
 
     def within(self, boundary: Boundary) -> Booleans:
-        """Mask (m,) of those between which and the next one the domain is.
+        """Mask (m,) of the ends with the domain between them and the next one.
 
-        It is on the left of all pieces, and on both sides of those inside it.
+        The domain is on the left of all pieces, and on both sides of inner pieces.
         """
         return (self.forward | boundary.inner[self.piece]) & (self.following != np.arange(len(self.piece)))
 
@@ -72,12 +72,12 @@ def corner_fans(boundary: Boundary) -> CornerFans:
 
 
 TANGENT = 1e-5  # radians between two directions that are the same
-LEAST_BEND = 0.06  # relative difference of the curvatures: the edges of one curve reach across the other below it
+LEAST_BEND = 0.06  # relative difference of the curvatures below which edges of one curve would cross the other
 STRAIGHT = 1e-9  # radians over the length of the shorter piece
 
 
 def require_room(boundary: Boundary, ends: CornerFans) -> None:
-    """Check that curves with a common tangent, of all ``ends`` of pieces, part fast enough for edges to follow both.
+    """Check that curves with a common tangent, at the ``ends`` of pieces, separate fast enough for edges along both.
 
     GeometryError, with the corner and the radii, if their curvatures are nearly the same.
     """

@@ -1,6 +1,6 @@
-"""Cubic splines through points of the plane: the interpolating cubic spline as de Boor has it, in plain arithmetic.
+"""Cubic splines through points of the plane: the interpolating cubic spline of de Boor, in plain arithmetic.
 
-It takes no library that would take longer to load than most cases take to mesh, and gives the same bits everywhere.
+It needs no library, which would take longer to load than most cases take to mesh, and gives the same bits everywhere.
 """
 
 import numpy as np
@@ -21,10 +21,11 @@ class CubicSpline:
 
     @classmethod
     def through(cls, points: Floats, slopes: Floats | None = None, *, cornered: bool = False) -> "CubicSpline":
-        """Spline through ``points`` (k, 2) over [0, 1] by chord length, ``slopes`` (2, 2) being its ends' by length.
+        """Spline through ``points`` (k, 2) over [0, 1] by chord length.
 
-        Without slopes the ends are "not-a-knot". Closed, it is smooth at its start, unless that is ``cornered``.
-        GeometryError if a chord is too short beside the others to tell its ends apart.
+        With ``slopes`` (2, 2) these are the derivatives by length at the ends; without them the ends are "not-a-knot".
+        A closed spline is smooth at its start, unless that is ``cornered``. GeometryError if a chord is too short,
+        compared to the others, to have different ends.
         """
         u = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         length, u = u[-1], u / u[-1]

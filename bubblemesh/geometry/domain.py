@@ -61,7 +61,7 @@ class Domain(Uncached):
     held : Held
         Pieces whose bubbles are set beforehand.
     plane : Plane or None
-        Plane that its coordinates, places on the earth, have been taken to.
+        Plane to which its coordinates, places on the earth, have been projected.
     groups : dict
         Names that stand for several labels where distances are measured.
     lost : tuple of str
@@ -80,12 +80,12 @@ class Domain(Uncached):
 
     @classmethod
     def of(cls, outer: Ring, holes: Sequence[Ring] = (), parts: InnerParts | None = None) -> "Domain":
-        """The domain of one area, which the rings bound, whichever way they turn, with its inner parts.
+        """The domain of one area, bounded by rings of either orientation, with its inner parts.
 
         Raises
         ------
         CaseError
-            If what is given is no ring, or a label no name that every mesh file can hold.
+            If an argument is not a ring, or a label is not a name that every mesh file can hold.
         GeometryError
             If the rings cross, or a hole is not inside; the text names the ring and the coordinates.
         """
@@ -195,7 +195,7 @@ class Domain(Uncached):
 
     @cached_property
     def unprojection(self) -> Unprojection | None:
-        """Function from places in the plane to the given coordinates; None where they are in that plane already."""
+        """Function from places in the plane to the given coordinates; None if these are already in the plane."""
         return None if self.plane is None else Unprojection(self.plane, self.bounds)
 
     @property
@@ -242,7 +242,7 @@ class Domain(Uncached):
         Raises
         ------
         GeometryError
-            If there is no such label, or none is given.
+            If there is no such label, or no label is given.
         """
         return self._projection_onto(labels).distances(points)
 
@@ -257,7 +257,7 @@ class Domain(Uncached):
         return self._projection_onto(labels).feet(points)
 
     def _projection_onto(self, labels: tuple[str, ...]) -> Projection:
-        """The projection onto what has one of some labels; GeometryError for one that is not there."""
+        """The projection onto everything with one of the labels; GeometryError for an unknown label."""
         for label in labels:
             if label not in self.labels:
                 raise GeometryError(f"there is no side, line or point {label!r}: {meant(label, self.labels)}")
@@ -320,7 +320,7 @@ class Domain(Uncached):
         outside = np.flatnonzero(~reached)
         away, belly = self._projection.distances_beside_chords(taken(points, outside))
         reached[outside] = away < distance[outside]
-        # What is between a curve and its chord may be inside after all.
+        # Points between a curve and its chord may be inside after all.
         unsure = outside[(away <= belly) & ~reached[outside]]
         reached[unsure] = self._signed_distance(points[unsure], reached[unsure]) > -distance[unsure]
         return reached
@@ -338,11 +338,11 @@ class Domain(Uncached):
         return self._signed(points, inside, self.nearest(points)) if len(points) else np.zeros(0)
 
     def _signed(self, points: Floats, inside: Booleans, nearest: Nearest) -> Floats:
-        """Signed distance (m,) as of `_signed_distance`, by the nearest points on the boundary."""
+        """Signed distance (m,) of `_signed_distance`, from the nearest points on the boundary."""
         piece, s, foot, distance = nearest
         boundary, inside = self.boundary, inside.copy()
         between_corners = boundary.closed[piece] | ((s > 0) & (s < boundary.lengths[piece]))
-        # Close to a curve its tangent tells the side better than the chords do.
+        # Close to a curve, its tangent decides the side better than its chords.
         smooth = np.flatnonzero(boundary.approximated[piece] & between_corners)
         tx, ty = boundary.tangents(piece[smooth], s[smooth]).T
         rx, ry = (points[smooth] - foot[smooth]).T

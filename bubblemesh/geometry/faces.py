@@ -13,10 +13,11 @@ from bubblemesh.geometry.nesting import smallest_around
 
 
 def face(boundary: Boundary, rim: Booleans) -> tuple[Boundary, Integers]:
-    """The boundary of what the pieces of the rim (p,) have on their left, and the numbers (p,) of its pieces before.
+    """The boundary of the area on the left of the rim, a mask (p,) of pieces, and the old numbers (p,) of its pieces.
 
-    The pieces of the rim follow each other ring by ring, outer rings first; all others are inner ones. The ring numbers
-    given are those of rings from which pieces may have been cut: these follow each other where only such pieces meet.
+    The pieces of the rim come first, ring by ring, outer rings first; all others are inner pieces. The ring numbers of
+    the given boundary are those of rings from which pieces may have been cut: at a corner where only such pieces meet,
+    a piece is followed by one of the same ring.
     """
     loops = _loops(boundary, rim)
     chords = _chords(boundary)
@@ -34,7 +35,7 @@ def face(boundary: Boundary, rim: Booleans) -> tuple[Boundary, Integers]:
 
 
 def compact(boundary: Boundary, kept: Integers) -> tuple[Boundary, Integers]:
-    """The boundary without curves and corners that it does not need, and the numbers (c,) of its corners before.
+    """The boundary without curves and corners that it does not need, and the old numbers (c,) of its corners.
 
     Corners ``kept`` (k,), such as embedded points, stay.
     """

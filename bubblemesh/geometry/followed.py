@@ -1,4 +1,4 @@
-"""Rings of many short edges followed as curves between the vertices that stay nodes, and how far a mesh departs."""
+"""Rings of many short edges, followed as curves between vertices that stay nodes; and the deviation of a mesh."""
 
 from collections.abc import Sequence, Set
 from dataclasses import replace
@@ -24,7 +24,7 @@ SAMPLES = 8  # of a spline between two of its points, to see how far it departs 
 class Following:
     """Rule by which straight sides are followed as curves, between vertices that stay nodes.
 
-    Those where the label changes or a curve ends do so in any case.
+    Vertices where the label changes or a curve ends always stay nodes.
     """
 
     corners: float  # degrees: vertices that turn by more stay nodes
@@ -34,7 +34,7 @@ class Following:
     def __call__(self, ring: Ring, stay: Set[Point] = frozenset()) -> Ring:
         """The ring with its straight sides followed as curves between the vertices that stay nodes.
 
-        Those in the set ``stay`` do so too, and then reversed runs are followed by the same curves.
+        Vertices in ``stay`` also stay nodes; with such a set, the curves do not depend on the direction of a run.
         GeometryError if the spline through the vertices departs from the polyline by more than half the tolerance.
         """
         fixed = self.fixed(ring) | np.array([vertex in stay for vertex in ring.vertices], bool)
@@ -72,7 +72,7 @@ class Following:
         return (turn > self.corners) | (labels != np.roll(labels, 1)) | ~straight | ~np.roll(straight, 1)
 
     def _either_way(self, points: Floats, cornered: bool) -> dict[int, Curve]:
-        """Curves as of `_curves`, the same ones for a run and for its reverse, which neighbours have."""
+        """Curves of `_curves` that are the same for a run and for its reverse, as neighbours need."""
         last = len(points) - 1
         if self.tolerance is None or not cornered or points[0].tolist() <= points[-1].tolist():
             return self._curves(points, cornered)
@@ -100,7 +100,7 @@ class Following:
         return {begin: _part(points, spline, begin, end) for begin, end in pairwise(kept)}
 
     def _require_near(self, points: Floats, dense: Floats) -> None:
-        """The spline must not bulge between its points by more than the tolerance allows."""
+        """Check that the spline does not bulge between its points by more than the tolerance allows."""
         between = dense[:-1].reshape(-1, SAMPLES, 2)
         away = _from_chord(between, points[:-1, None], points[1:, None]).max(axis=1)
         if self.tolerance is not None and away.max() > self.tolerance / 2:

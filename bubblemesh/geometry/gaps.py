@@ -7,17 +7,17 @@ import shapely
 
 from bubblemesh.geometry.nesting import Shapes, polygons_of
 
-FLAT = 1e-6  # of a gap's square: strips of less area are rounding
-LONG = 10  # gaps: length from which on a strip is one that begins where its areas touch in a point
-AROUND = 8  # times how far it reaches: so far it keeps off points in which others touch, farther than its sharp corners
+FLAT = 1e-6  # of a gap's square: strips of less area are due to rounding
+LONG = 10  # least length, in gaps, of a strip that begins where its areas touch in a point
+AROUND = 8  # times its reach: distance of a strip from points where others touch, more than its corners need
 
 
 def strips_between(
     polygons: Shapes, owners: Sequence[set[int]], gap: float, reach: float
 ) -> Iterator[tuple[shapely.Polygon, shapely.Polygon]]:
-    """The strips between polygons (n,) that are nearer to each other than a gap, also as they ``reach`` into both.
+    """The strips between polygons (n,) that are nearer to each other than a gap, and the same extended by ``reach``.
 
-    None is between two polygons that have one of their ``owners`` in common, the areas that they are made of.
+    Polygons with a common owner, an area of which both are made, have no strip between them.
     """
     tree = shapely.STRtree(polygons)
     i, j = tree.query(polygons, predicate="dwithin", distance=gap)
@@ -37,7 +37,7 @@ def strips_between(
 
 
 def _closed(shape: shapely.Geometry, gap: float) -> shapely.Geometry:
-    """A shape with what lies in gaps of it, as far as there are sides across."""
+    """A shape with its gaps filled, as far as there are sides across."""
     with np.errstate(divide="ignore", invalid="ignore"):  # GEOS divides by zero where sides go straight on
         wide = shapely.buffer(shape, gap / 2, join_style="mitre")
         closed = shapely.buffer(wide, -gap / 2, join_style="mitre")
@@ -48,8 +48,8 @@ def _closed(shape: shapely.Geometry, gap: float) -> shapely.Geometry:
 def _is_between(strip: shapely.Polygon, a: shapely.Polygon, b: shapely.Polygon, gap: float, near: float) -> bool:
     """Whether a strip beside two polygons lies between them.
 
-    From a point on in which they touch it has to go on for a while: a wedge that soon is wider than the gap stays open,
-    since to close its tip would make a neck of what touches, and so does the rounding along one side alone.
+    If they touch in a point, a strip from there must be long. A wedge that soon becomes wider than the gap stays open,
+    since closing its tip would turn the contact into a neck. A strip along one side only is due to rounding.
     """
     if shapely.distance(strip, a) > near or shapely.distance(strip, b) > near:
         return False

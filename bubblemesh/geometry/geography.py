@@ -1,7 +1,7 @@
-"""Coordinates of the earth: the local plane that they are taken to, and back; sizes in it are metres on the ground.
+"""Projection of coordinates on the earth to a local plane, and back; sizes in the plane are metres on the ground.
 
 The plane is that of a stereographic projection about the middle of the domain, after one to a sphere. It keeps angles:
-lengths in it are those on the ground but for a factor that depends on the place alone, and is known in closed form.
+lengths in it are those on the ground times a factor that depends on the place only, and is known in closed form.
 
 References
 ----------
@@ -28,7 +28,7 @@ NEAREST_POLE = 89.0  # degrees of latitude
 WIDEST = 180.0  # degrees of longitude
 HALF_TURN = 180.0
 LARGEST_SCALE = 1.05  # lengths in the plane in terms of those on the ground
-BENT = 0.002  # of its length: what a straight side in degrees may leave that in the plane, or else is a polyline
+BENT = 0.002  # of its length: a straight side in degrees that departs more from a line in the plane becomes a polyline
 PIECES = 1000  # of one side, at most
 STEP_IN_DEGREES, STEP_IN_METRES = 1e-5, 1.0  # by which directions are found
 SAME_PLACE = 5.0  # metres, by which WGS 84, ETRS89 and NAD83 differ at most
@@ -36,7 +36,7 @@ DIGITS = 2  # of the middle of the plane, in degrees
 
 
 def library() -> Any:
-    """The library of coordinate reference systems; a FileError with the command that installs it if it is missing."""
+    """The library of coordinate reference systems; FileError, with the command that installs it, if it is missing."""
     try:
         import pyproj
     except ModuleNotFoundError:
@@ -46,7 +46,7 @@ def library() -> Any:
 
 @cache
 def known_system(name: str) -> Any:
-    """A coordinate reference system by its name, as EPSG:4326; CaseError if it is none of places on the earth."""
+    """A coordinate reference system by its name, such as EPSG:4326; CaseError if it has no places on the earth."""
     pyproj = library()
     try:
         system = pyproj.CRS.from_user_input(name)
@@ -58,7 +58,7 @@ def known_system(name: str) -> Any:
 
 
 def same_system(first: str, second: str) -> bool:
-    """Whether two names are those of one system, whichever of its axes comes first."""
+    """Whether two names mean the same system, apart from the order of its axes."""
     return bool(known_system(first).equals(known_system(second), ignore_axis_order=True))
 
 
@@ -75,10 +75,10 @@ def _transformed(source: str, target: str, points: Floats) -> Floats:
 
 @record
 class Plane:
-    """A plane about a place on the earth, in metres, for coordinates of one system that are written in another one."""
+    """A plane about a place on the earth, in metres, for coordinates read in one system and written in another."""
 
-    source: str  # system of the coordinates that are given
-    target: str | None  # that of those that are written; None for those of the plane
+    source: str  # system of the given coordinates
+    target: str | None  # system of the written coordinates; None for the plane
     middle: Point  # longitude and latitude
 
     @classmethod
@@ -104,7 +104,7 @@ class Plane:
         return float(a * math.sqrt(1 - e2) / (1 - e2 * math.sin(math.radians(self.middle[1])) ** 2))
 
     def to(self, points: Floats) -> Floats:
-        """Places (n, 2) in the plane of given points (n, 2); CaseError if one is too far away, or no place at all."""
+        """Places (n, 2) in the plane of given points (n, 2); CaseError if one is too far away, or not a place."""
         if len(points) == 0:
             return points
         if known_system(self.source).is_geographic:
@@ -130,18 +130,18 @@ class Plane:
         return found[np.isfinite(found).all(axis=1)]
 
     def given(self, points: Floats) -> Floats:
-        """Coordinates (n, 2), in the system of those that are given, of places (n, 2) in the plane."""
+        """Coordinates (n, 2) in the given system of places (n, 2) in the plane."""
         return self._continuous(self.source, _transformed(self.definition, self.source, points))
 
     def written(self, points: Floats) -> Floats:
-        """Coordinates (n, 2), in the system that is written, of places (n, 2) in the plane."""
+        """Coordinates (n, 2) in the written system of places (n, 2) in the plane."""
         if self.target is None:
             return points
         return self._continuous(self.target, _transformed(self.definition, self.target, points))
 
     @property
     def writes_degrees(self) -> bool:
-        """Whether the coordinates that are written are longitudes and latitudes."""
+        """Whether the written coordinates are longitudes and latitudes."""
         return self.target is not None and bool(known_system(self.target).is_geographic)
 
     def _continuous(self, system: str, points: Floats) -> Floats:
@@ -240,7 +240,7 @@ _projecting: ContextVar[Projecting | None] = ContextVar("projecting", default=No
 
 @contextmanager
 def projecting(by: Projecting | None) -> Iterator[None]:
-    """Within the block, what is read or drawn is taken to a plane; None for a case in one already."""
+    """Within the block, project everything that is read or drawn to a plane; None for a case without projection."""
     token = _projecting.set(by)
     try:
         yield
@@ -249,18 +249,18 @@ def projecting(by: Projecting | None) -> Iterator[None]:
 
 
 def is_projecting() -> bool:
-    """Whether what is read or drawn is taken to a plane."""
+    """Whether everything that is read or drawn is projected to a plane."""
     return _projecting.get() is not None
 
 
 def given_plane() -> Plane | None:
-    """The plane that coordinates are taken to, if they are to one, and it is known."""
+    """The plane to which coordinates are projected; None without projection, or if it is not known yet."""
     by = _projecting.get()
     return None if by is None else by.plane
 
 
 def given_places() -> Callable[[Point], Point] | None:
-    """Function from a point of the plane to the given coordinates; None where these are in a plane already."""
+    """Function from a point of the plane to the given coordinates; None without projection."""
     by = _projecting.get()
     if by is None or by.plane is None:
         return None
@@ -269,7 +269,7 @@ def given_places() -> Callable[[Point], Point] | None:
 
 
 def full_turn() -> float | None:
-    """Difference between longitudes of one place, if those are the given coordinates; None if they are not."""
+    """A full turn in degrees, if the given coordinates are longitudes and latitudes; else None."""
     by = _projecting.get()
     return 2 * HALF_TURN if by is not None and known_system(by.source).is_geographic else None
 
@@ -278,7 +278,7 @@ def require_system(named: str | None, degrees: bool | None, points: Floats) -> N
     """Check that points (n, 2) of a file are in the system of the case; CaseError if they are in another one.
 
     The file may have ``named`` its system, as a name or as well-known text, and its coordinates may be ``degrees``;
-    None for what is unknown. A name that the library does not know says nothing.
+    None if unknown. A name that the library does not know is ignored.
     """
     by = _projecting.get()
     if by is None or len(points) == 0:
@@ -304,7 +304,7 @@ def require_system(named: str | None, degrees: bool | None, points: Floats) -> N
 
 
 def _same_places(first: str, second: str, points: Floats) -> bool:
-    """Whether points (n, 2) are the same places in two systems, but for what systems of one name differ by."""
+    """Whether points (n, 2) are the same places in two systems, within the differences of variants of a system."""
     if same_system(first, second):
         return True
     low, high = points.min(axis=0), points.max(axis=0)
@@ -315,7 +315,7 @@ def _same_places(first: str, second: str, points: Floats) -> bool:
 
 
 def _are_surely_degrees(source: str, points: Floats) -> bool:
-    """Whether points (n, 2) of a map are degrees, though a system has metres: it is a public one, none about them."""
+    """Whether points (n, 2) of a map are degrees, though the system, a public one and not local to them, has metres."""
     system = known_system(source)
     return bool(
         not system.is_geographic and system.area_of_use is not None and (np.abs(points) <= [2 * HALF_TURN, 90.0]).all()
@@ -323,24 +323,24 @@ def _are_surely_degrees(source: str, points: Floats) -> bool:
 
 
 def projected_ring(ring: Ring) -> Ring:
-    """The ring in the plane, if coordinates are taken to one; errors as of `Plane.ring`."""
+    """The ring in the plane, if coordinates are projected; the same errors as `Plane.ring`."""
     by = _projecting.get()
     return ring if by is None else by.plane_for(np.array(ring.vertices, float).reshape(-1, 2)).ring(ring)
 
 
 def projected(points: Floats) -> Floats:
-    """Points (n, 2) in the plane, if coordinates are taken to one; errors as of `Plane.to`."""
+    """Points (n, 2) in the plane, if coordinates are projected; the same errors as `Plane.to`."""
     by = _projecting.get()
     return points if by is None or len(points) == 0 else by.plane_for(points).to(points)
 
 
 def projected_point(point: Point) -> Point:
-    """Place of a point in the plane; errors as of `Plane.to`."""
+    """Place of a point in the plane; the same errors as `Plane.to`."""
     return as_point(projected(np.array([point], float))[0])
 
 
 def projected_line(points: Floats) -> Floats:
-    """Points (m, 2) of a line in the plane, more of them where it is long; errors as of `Plane.to`."""
+    """Points (m, 2) of a line in the plane, more of them on long parts; the same errors as `Plane.to`."""
     by = _projecting.get()
     return points if by is None else by.plane_for(points).line(points)
 

@@ -1,4 +1,4 @@
-"""Gaps between lines of a domain that face each other: necks, thin walls, layers and strips."""
+"""Narrow parts of a domain: gaps between lines that face each other at necks, thin walls, layers and strips."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -14,26 +14,26 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.segments import segments_meet
 from bubblemesh.records import record
 
-BEND = 1.5  # way along a line over the straight one, above which a part of it is another wall; half a circle has pi / 2
+BEND = 1.5  # length along a line over the distance, above which it counts as another wall; half a circle: pi / 2
 ROUNDING = 1e-9  # of a line's length
-WEDGE = 2.0  # widths: lines that meet are no walls of a gap so near to where they do
-PARALLEL = np.cos(np.radians(15))  # neither are they if they enclose a larger angle
-SHARPEST_BEND = np.cos(np.radians(120))  # of lines that go on, rather than stand out
-BEHIND = 0.9  # cosine of the angle to the tip's own lines, above which something is a part of these
-PARTS = (0.05, 0.5, 0.95)  # of the way that lie in the domain
+WEDGE = 2.0  # widths: lines that meet are not walls of a gap so near to their meeting point
+PARALLEL = np.cos(np.radians(15))  # lines that meet at a larger angle are not walls of a gap either
+SHARPEST_BEND = np.cos(np.radians(120))  # of lines that just go on, without a tip
+BEHIND = 0.9  # cosine of the angle to the lines of a tip, above which something counts as a part of these
+PARTS = (0.05, 0.5, 0.95)  # shares of the way across at which it must be in the domain
 MANY_CHORDS, FEWEST_PARTS = 1000, 4  # of a domain, and on the average of them, to look for parts of chords
-GENEROUS = 1e-3  # of a chord's length: far more than rounding makes of where a line meets it
-PADDED = 1.01  # rays that are looked along are longer by that than what is taken of them
+GENEROUS = 1e-3  # of a chord's length: far more than the rounding error of a meeting point
+PADDED = 1.01  # factor by which rays are longer than needed
 MOST_DISTANCES = 10_000  # of corners from lines: of more it takes less time to look for gaps
-DOUBLINGS = 8  # of the reach: what is near is found without all that is far
+DOUBLINGS = 8  # of the reach, so that near walls are found without a search among far ones
 
 
 class Gaps(NamedTuple):
-    """Ways from places on lines, or from points, to others that face them."""
+    """Gaps from places on lines, or from points, to lines and points that face them."""
 
-    number: Integers  # (k,), of the place among those that were looked at
+    number: Integers  # (k,), number of the place among the given ones
     places: Floats  # (k, 2)
-    feet: Floats  # (k, 2), nearest points of what faces the places
+    feet: Floats  # (k, 2), nearest points on the lines that face the places
     widths: Floats  # (k,), distances of the two
     inner: Booleans  # (k,), whether a line or point inside the domain is at one end
 
@@ -90,10 +90,11 @@ class FacingWalls:
         return shapely.STRtree(shapely.linestrings(np.stack([self.chords.start, self.chords.end], axis=1)))
 
     def facing(self, piece: Integers, s: Floats, reach: Floats, room: Floats) -> Gaps:
-        """Gaps between places on the lines and what faces them: on the left of rings, on both sides of inner lines.
+        """Gaps between places on the lines and the lines across: on the left of rings, on both sides of inner lines.
 
-        For places at arc lengths s (m,) on pieces (m,), the nearest gap within ``reach`` (m,), square to the lines, on
-        each side that has any. Lines that join at both ends are walls only farther from these than ``room`` (m,).
+        For places at arc lengths s (m,) on pieces (m,), it is the nearest gap within ``reach`` (m,), perpendicular to
+        the lines, on each side that has one. Lines that meet at both ends are walls only farther than ``room`` (m,)
+        from these ends.
         """
         boundary, chords = self.domain.boundary, self.chords
         both = np.flatnonzero(boundary.inner[piece])
@@ -136,7 +137,7 @@ class FacingWalls:
         return gaps_inside(self.domain, select(concatenated([gaps for _, gaps in found]), np.argsort(ray)))
 
     def _shares(self, reach: Floats) -> Floats:
-        """Shares of the reach (m,) that are looked at, one after the other; most chords are shorter than the least."""
+        """Shares of the reach (m,) to search, one after the other; most chords are shorter than the least of them."""
         shares = 4.0 ** np.arange(-DOUBLINGS // 2, 1)
         lengths = np.hypot(*(self.chords.end - self.chords.start).T)
         useful = shares * median(reach) > median(lengths) if len(reach) else shares > 1
@@ -213,7 +214,7 @@ class FacingWalls:
         along = np.where(boundary.closed[piece], np.minimum(along, length - along), along)
         start, end = boundary.start[piece], boundary.end[piece]
         ends = np.stack([boundary.start[other], boundary.end[other]])
-        at_start, at_end = ((mine == ends).any(axis=0) & (mine >= 0) for mine in (start, end))  # -1 is no corner
+        at_start, at_end = ((mine == ends).any(axis=0) & (mine >= 0) for mine in (start, end))  # -1 is not a corner
         dx, dy = (chords.end[chord] - chords.start[chord]).T
         cosine = np.abs(tangents[:, 0] * dx + tangents[:, 1] * dy) / np.hypot(dx, dy)
         slender = (cosine > PARALLEL) & (np.minimum(s, length - s) > np.maximum(room, WEDGE * widths))

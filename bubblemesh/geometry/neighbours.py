@@ -13,10 +13,10 @@ from bubblemesh.geometry.nesting import Shapes, polygons_of
 from bubblemesh.messages import counted, just_above, place
 from bubblemesh.records import record
 
-WIDEST_JOIN = 0.02  # of the size of all: neighbours farther apart are none
-NEAREST = 8  # vertices that are looked at for one to take the place of another
-HALVINGS = 12  # of the interval in which the width of an overlap is
-INNERMOST = 1e-6  # part of an area by which it may leave the one that it lies in
+WIDEST_JOIN = 0.02  # of the size of all: shapes farther apart are not neighbours
+NEAREST = 8  # nearest vertices that are searched for one onto which a vertex moves
+HALVINGS = 12  # of the interval that contains the width of an overlap
+INNERMOST = 1e-6  # share of an area that may be outside of the area around it
 
 
 class Matched(NamedTuple):
@@ -28,10 +28,10 @@ class Matched(NamedTuple):
 
 
 def matched(shapes: Shapes, names: Sequence[str], join: float | None) -> Matched:
-    """Valid polygons (n,) with slivers and overlaps up to ``join`` closed, by default only what is rounding.
+    """Valid polygons (n,) with slivers and overlaps closed up to a width ``join``, by default only those by rounding.
 
-    Of two borders that one counts which belongs to the earlier shape. A shape within another one stays there.
-    GeometryError, with the names, the place, the width and the key, if more than that is between two shapes.
+    Of two borders, the one of the earlier shape is used. A shape within another one stays there. GeometryError, with
+    the names, the place, the width and the key, if wider slivers or overlaps remain between two shapes.
     """
     x0, y0, x1, y1 = shapely.total_bounds(shapes)
     size = float(max(x1 - x0, y1 - y0))
@@ -40,7 +40,7 @@ def matched(shapes: Shapes, names: Sequence[str], join: float | None) -> Matched
         raise GeometryError(f"join: {join:g} is too much for regions that are {size:g} wide together: make it smaller")
     if shapely.coverage_is_valid(shapes, max(NEARLY * size, rounding) if join is None else join):
         return Matched(shapes, np.zeros(len(shapes), bool), None)
-    if join is None:  # the widest overlap is told before the nearest miss
+    if join is None:  # the widest overlap is reported before narrow slivers
         _without_overlaps(shapes, names, rounding)
     borders = _Borders.of(shapes)
     moves = borders.moves(max(NEARLY * size, rounding) if join is None else join)
@@ -65,7 +65,7 @@ def matched(shapes: Shapes, names: Sequence[str], join: float | None) -> Matched
 
 
 class _Moves(NamedTuple):
-    """Where vertices go, by how much and because of which shape; vertices that edges take up, in their order."""
+    """Targets of vertices, their distances and the shapes that cause them; and vertices inserted in edges, in order."""
 
     target: Floats  # (v, 2)
     distance: Floats  # (v,)
@@ -103,7 +103,7 @@ class _Borders:
         )
 
     def moves(self, reach: float) -> _Moves:
-        """Vertices within ``reach`` of an earlier shape's border go there; edges take up those next to them."""
+        """Vertices within ``reach`` of an earlier shape's border move there; those next to edges become vertices of these."""
         count, shape = len(self.points), self.shape_of[self.ring_of]
         incidence = np.unique(np.column_stack([self.step, shape]), axis=0)
         has = {tuple(row) for row in incidence.tolist()}
@@ -212,7 +212,7 @@ def _valid(polygon: shapely.Polygon) -> shapely.Geometry:
 
 
 def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float) -> Shapes:
-    """The shapes, later ones without their overlaps of earlier ones; GeometryError for the widest above ``join``."""
+    """The shapes, later ones without overlaps with earlier ones; GeometryError for the widest one above ``join``."""
     i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     i, j = i[i < j], j[i < j]
     common, size = shapely.intersection(shapes[i], shapes[j]), shapely.area(shapes)

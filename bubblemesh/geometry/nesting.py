@@ -30,9 +30,9 @@ def polygons_of(shapes: shapely.Geometry | Shapes) -> list[shapely.Polygon]:
 
 
 def nested(areas: Sequence[Area], whole: int = 0) -> list[Area]:
-    """Areas where those within others count as holes of them, those within such holes as areas again, and so on.
+    """Areas after nesting: areas within others become holes of these, areas within such holes are areas again.
 
-    The first ``whole`` ones are areas of their own: one that lies only partly within another is no hole of it.
+    The first ``whole`` ones stay areas: one of them that lies only partly within another is not a hole of it.
     """
     shapes = shapes_of(areas)
     within, around = enclosures(shapes, shapes)
@@ -64,7 +64,7 @@ def with_holes(areas: Sequence[Area], holes: Sequence[Ring]) -> list[Area]:
 
 
 def smallest_around(inner: Shapes, around: Shapes) -> Integers:
-    """Numbers (n,) of the smallest shapes around inner ones (n,), -1 for those that are in none."""
+    """Numbers (n,) of the smallest shapes around inner ones (n,), -1 for those that are not within any."""
     within, outer = enclosures(inner, around)
     order = np.argsort(-shapely.area(around)[outer], kind="stable")  # the last one written stays
     owner = np.full(len(inner), -1)

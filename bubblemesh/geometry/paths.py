@@ -68,7 +68,7 @@ class Ellipse(NamedTuple):
 
 
 class Bezier(NamedTuple):
-    """A cubic Bézier curve by its control points, which is regular: it stops nowhere, as it would at a cusp."""
+    """A regular cubic Bézier curve by its control points: its speed is nowhere 0, as it would be at a cusp."""
 
     start: Point
     first: Point
@@ -162,7 +162,7 @@ class Side(NamedTuple):
 
 @record
 class Change:
-    """A change of rings that a case asks for: what it was, where, by how much it made the area larger."""
+    """A change of rings that a case asks for: its kind, its place, and by how much it made the area larger."""
 
     what: str
     at: Point
@@ -181,8 +181,8 @@ class Ring:
     sides: tuple[Side, ...]
     vertices: tuple[Point, ...]  # start of each side; empty for a whole circle or ellipse, which has no fixed node
     notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
-    changes: tuple[Change, ...] = ()  # that the case asks for
-    given: Floats | None = field(default=None, compare=False)  # its outline (m, 2) where it is followed as a curve
+    changes: tuple[Change, ...] = ()  # those that the case asks for
+    given: Floats | None = field(default=None, compare=False)  # its outline (m, 2), if it is followed as a curve
     origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
     key: Key = field(default=Key(), compare=False)
     lost: tuple[str, ...] = ()  # labels that only sides without length had, which are merged
@@ -236,7 +236,7 @@ def _outlined(rings: Sequence[Ring]) -> list[Floats]:
 
 @record
 class Area:
-    """A part of the plane inside an outer ring and outside its holes; ``name`` is what a file calls it."""
+    """A part of the plane inside an outer ring and outside its holes; ``name`` is its name in a file."""
 
     outer: Ring
     holes: tuple[Ring, ...] = ()

@@ -1,4 +1,4 @@
-"""Periodic sides: pieces that are copies of others, moved across the domain."""
+"""Periodic sides: pieces that are shifted copies of others across the domain."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ SAMPLES = 9
 
 
 def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
-    """Pairs (k, 2) of pieces, the second being the first one moved and run the other way.
+    """Pairs (k, 2) of pieces, of which the second is the first one, shifted and reversed.
 
     They belong to sides whose labels match, in any order of their pieces. GeometryError, with the coordinates, if there
     is no such label, or a piece has no counterpart.
@@ -44,10 +44,13 @@ def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> In
 
 
 def counterparts(boundary: Boundary, pairs: Integers, piece: Integers, s: Floats) -> tuple[Integers, Integers, Floats]:
-    """Places on periodic sides: their numbers (k,), and pieces (k,) and arc lengths (k,) of the places that match them.
+    """Counterparts of places at arc lengths s (m,) on pieces (m,), as far as these are on periodic sides.
 
-    The places are any, at arc lengths s (m,) on pieces (m,); those on periodic sides come out in the order of the pairs
-    (p, 2) that `matching_pieces` gives.
+    Returns
+    -------
+    tuple
+        Numbers (k,) of the places on periodic sides, in the order of the pairs (p, 2) of `matching_pieces`; pieces (k,)
+        and arc lengths (k,) of their counterparts.
     """
     here, there = np.stack([pairs, pairs[:, ::-1]], axis=1).reshape(-1, 2).T
     rank = np.full(len(boundary.kind), -1)

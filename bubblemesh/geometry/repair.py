@@ -1,7 +1,7 @@
-"""Areas mended, without small parts, or with fewer vertices, as a case asks for; what was changed goes with them.
+"""Repair of areas: mended, without small parts, or with fewer vertices, if a case asks for it.
 
-Nothing here is done unasked. Rings that no change touches stay as they are, with their curves; what is changed
-follows its polygonal copy, with the labels of the sides that it comes from, and nodes may slide where these are curves.
+Rings without changes stay as they are, with their curves. Changed rings follow their polygonal copies, with the labels
+of the original sides; nodes may slide along parts that were curves. The changes are recorded in the rings.
 """
 
 from collections.abc import Iterable, Sequence
@@ -49,9 +49,9 @@ class Repair:
         return GAP * size if self.gap is None else self.gap
 
     def __call__(self, areas: Sequence[Area], holes: Sequence[Ring] = (), united: bool = True) -> list[Area]:
-        """The areas, which may have more ``holes`` in common, as they are to be; the first ring has the changes.
+        """The areas after the repair, with common ``holes`` cut out of them; the first ring has the changes.
 
-        Areas that overlap become one if they are to be ``united``. GeometryError if nothing is left.
+        With ``united``, areas that overlap become one. GeometryError if nothing is left.
         """
         work = _Work(tuple(ring for area in areas for ring in (*area.rings,)) + tuple(holes))
         shapes = list(shapes_of(areas))

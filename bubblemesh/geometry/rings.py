@@ -16,7 +16,7 @@ from bubblemesh.messages import counted, listed, place, two_places
 # Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
 ARC_MISMATCH = 1e-3
 FLATTEST = 1e-7  # distance of an arc's ends in terms of its radius, below which rounding hides the arc
-MOST_NAMED = 3  # duplicate points that are told one by one
+MOST_NAMED = 3  # duplicate points that are listed one by one
 
 
 class LineTo(NamedTuple):
@@ -85,7 +85,7 @@ def rectangle(
 
 
 def circle(center: Sequence[float], radius: float, label: str | None = None) -> Ring:
-    """Whole circle. CaseError if ``center`` is not two numbers, or ``radius`` no number greater than 0."""
+    """Whole circle. CaseError if ``center`` is not two numbers, or ``radius`` is not a number greater than 0."""
     whole = Arc(_pair(center, "circle: center"), _number(radius, "circle: radius", above=0), 0.0, 2 * np.pi)
     return Ring((Side(whole, label),), ())
 
@@ -93,7 +93,7 @@ def circle(center: Sequence[float], radius: float, label: str | None = None) -> 
 def ellipse(center: Sequence[float], radii: Sequence[float], angle: float = 0.0, label: str | None = None) -> Ring:
     """Whole ellipse whose first axis is turned by ``angle`` degrees.
 
-    CaseError if ``center`` is not two numbers, ``radii`` are not two greater than 0, or ``angle`` is no number.
+    CaseError if ``center`` is not two numbers, ``radii`` are not two greater than 0, or ``angle`` is not a number.
     """
     half_axes, turned = _pair(radii, "ellipse: radii", above=0), np.radians(_number(angle, "ellipse: angle"))
     whole = Ellipse(_pair(center, "ellipse: center"), half_axes, float(turned), 1.0)
@@ -133,14 +133,14 @@ def straight_ring(vertices: Sequence[Point], label: str | None = None) -> Ring:
 
 
 def require_numbers(points: Floats, argument: str) -> None:
-    """Check coordinates (n, 2) of points, which an argument has: CaseError if one is no number, or too large."""
+    """Check coordinates (n, 2) of points in an argument; CaseError if one is not a number, or too large."""
     bad = np.flatnonzero(~(np.abs(points) <= LARGEST_NUMBER).all(axis=1))
     if len(bad):
         raise CaseError(f"{argument}: point {bad[0]} has a coordinate that is no number, or above {LARGEST_NUMBER:g}")
 
 
 def _number(value: float, argument: str, above: float = -np.inf) -> float:
-    """The number that an argument is; CaseError if it is none, or not above some other one."""
+    """The argument as a number; CaseError if it is not a number, or not above a bound."""
     if not (is_real(value) and value > above and abs(value) <= LARGEST_NUMBER):
         least = "" if above == -np.inf else f" greater than {above:g}"
         raise CaseError(f"{argument}: must be a number{least} (found {value!r})")
@@ -148,7 +148,7 @@ def _number(value: float, argument: str, above: float = -np.inf) -> float:
 
 
 def _pair(values: Sequence[float], argument: str, above: float = -np.inf) -> Point:
-    """The two numbers that an argument has; CaseError if it has none, or they are not above some other one."""
+    """The argument as two numbers; CaseError if it is not two numbers, or they are not above a bound."""
     if not isinstance(values, Sequence | np.ndarray) or len(values) != 2:
         raise CaseError(f"{argument}: must be two numbers (found {values!r})")
     return _number(values[0], argument, above), _number(values[1], argument, above)
@@ -233,7 +233,7 @@ def _curve(start: Point, piece: Piece, end: Point) -> tuple[Curve, list[str]]:
     if len(knots) < 2 or (len(knots) < 4 and start == end):
         raise GeometryError(f"the spline at {place(start)} has too few different points to be a curve")
     spline = Spline(knots)
-    _ = spline.fitted  # knots that are too near to each other are told here
+    _ = spline.fitted  # raises an error for knots that are too near to each other
     return spline, notes
 
 

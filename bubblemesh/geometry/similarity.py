@@ -58,7 +58,7 @@ class Similarity:
 
     @property
     def turn(self) -> int:
-        """-1 if what runs counter-clockwise runs clockwise afterwards, else +1."""
+        """-1 if the map reverses orientations, else +1."""
         return -1 if self.mirrored else 1
 
     def point(self, point: tuple[float, float]) -> tuple[float, float]:

@@ -19,7 +19,7 @@ class Slivers(NamedTuple):
 
     widths: Floats  # (s,)
     places: Floats  # (s, 2)
-    beside: Integers  # (s, 2), numbers of two shapes that the gap is between
+    beside: Integers  # (s, 2), numbers of the two shapes beside the gap
 
 
 def slivers(shapes: Shapes, names: Sequence[str], width: float) -> Slivers:
@@ -45,7 +45,7 @@ def slivers(shapes: Shapes, names: Sequence[str], width: float) -> Slivers:
 
 
 def closed(shape: shapely.Geometry, width: float) -> shapely.Geometry:
-    """A shape with all that is narrower than a width filled."""
+    """A shape with all gaps narrower than a width filled."""
     return shapely.buffer(shapely.buffer(shape, width / 2, join_style="mitre"), -width / 2, join_style="mitre")
 
 

@@ -1,4 +1,4 @@
-"""Coordinates, as they were given, of very many places in a plane: interpolated between those of a grid."""
+"""Given coordinates of very many places in a plane, by interpolation in a grid."""
 
 from functools import cached_property
 
@@ -9,7 +9,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.records import record
 
-TOLERANCE = 1e-6  # of the domain's size: distance of an interpolated place from its own, at most
+TOLERANCE = 1e-6  # of the domain's size: largest error of an interpolated place
 FEWEST, MOST = 8, 1024  # cells along each side of the grid
 BEYOND = 0.05  # of the domain's size, on each side: what is compared over some length looks there
 
@@ -50,7 +50,7 @@ def _corners(low: tuple[float, float], size: float, cells: int) -> Floats:
 
 @record
 class Unprojection:
-    """Coordinates as they were given, for the rasters and expressions of a spacing.
+    """Function from places in the plane to given coordinates, for the rasters and expressions of a spacing.
 
     It is several times as fast as `Plane.given`, from which it differs by a millionth of the domain's size at most.
     """
@@ -79,7 +79,7 @@ class Unprojection:
 
     @cached_property
     def _table(self) -> _Table | None:
-        """A table of which one with half as many cells is good enough; None if there is none."""
+        """A table twice as fine as one that is good enough; None if the finest one is not."""
         x0, y0, x1, y1 = self.bounds
         extent = max(x1 - x0, y1 - y0)
         low, size = (x0 - BEYOND * extent, y0 - BEYOND * extent), (1 + 2 * BEYOND) * extent

@@ -1,4 +1,4 @@
-"""Do the rings bound a domain? If not, which one does not, where, and what is to be done."""
+"""Check that rings bound a domain; errors name the ring, the place, and what to do."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -14,12 +14,12 @@ from bubblemesh.messages import place
 from bubblemesh.records import record
 
 SMALLEST_STEPS = 1e4  # between numbers of that size that a ring has to extend over
-CLEARLY = 0.1  # of the smaller of two holes: more in common is no rounding and no chord of a curve
+CLEARLY = 0.1  # of the smaller of two holes: a larger common area is not due to rounding or chords of curves
 FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
 
 
 def require_domain(copy: PolygonalCopy, names: Sequence[str], keys: Sequence[Key]) -> None:
-    """Check the rings of a polygonal copy, which messages call by their ``names``.
+    """Check the rings of a polygonal copy; ``names`` are those in messages.
 
     GeometryError, about the key of the ring in the case, with its name and the coordinates of the first fault.
     """
@@ -36,7 +36,7 @@ def require_domain(copy: PolygonalCopy, names: Sequence[str], keys: Sequence[Key
 
 @record
 class _Checked:
-    """A ring that may bound a domain: its polygonal copy (m, 2), what messages call it, its key in the case."""
+    """A ring that may bound a domain: its polygonal copy (m, 2), its name in messages, its key in the case."""
 
     outline: Floats
     name: str
@@ -52,7 +52,7 @@ class _Checked:
 def _area(outer: _Checked, *holes: _Checked, around: str) -> shapely.Polygon:
     """The area between an outer ring, which messages on holes call ``around``, and its holes."""
     for ring in (outer, *holes):
-        _ = ring.polygon  # a ring that is none is told before where it lies
+        _ = ring.polygon  # an invalid ring is reported before its position
     for hole in holes:
         with about(hole.key):
             _require_inside(hole.polygon, outer.polygon, hole.name, around)
@@ -96,9 +96,9 @@ def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
 def require_apart(
     holes: Sequence[shapely.Polygon], owner: Sequence[int], names: Sequence[str], keys: Sequence[Key]
 ) -> None:
-    """Refuse holes of one area, their ``owner``, that clearly overlap; little overlap may be that of chords of curves.
+    """Refuse holes of one area, their ``owner``, that clearly overlap; a small overlap may be due to chords of curves.
 
-    `require_domain` finds them as well, but after their contacts: of curves that are nearly the same there is no end.
+    `require_domain` would find them as well, but after a search for contacts, which has no end for nearly equal curves.
     """
     tree = shapely.STRtree(holes)
     for j, hole in enumerate(holes):  # one by one: of very many in one place all pairs would be too many

@@ -1,6 +1,6 @@
-"""Arrangement of the lines of a domain: regions, interfaces, contacts; and how near is the same."""
+"""Arrangement of the lines of a domain: regions, interfaces, contacts; and tolerances for the same place."""
 
-TOUCHING = 1e-9  # of the domain's size: nearer is the same
-NEARLY = 1e-6  # of the domain's size: nearer, but not the same, is a slip of the user's
+TOUCHING = 1e-9  # of the domain's size: nearer places are the same
+NEARLY = 1e-6  # of the domain's size: nearer places that are not the same are a mistake of the user
 CONTACT_LENGTH = 1e5  # curves of radius R touch over a length of sqrt(8 R tolerance), not in a point
-ROUNDINGS = 4  # of coordinates far from the origin, by which places that are meant to be one may differ
+ROUNDINGS = 4  # rounding errors of coordinates far from the origin by which equal places may differ

@@ -1,4 +1,4 @@
-"""Embedded lines and points that lie outside of the domain: left out where the case says so, else an error."""
+"""Embedded lines and points outside of the domain: left out if the case says so, else an error."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -20,7 +20,7 @@ MOST_NAMED = 5
 def without_outside(
     parts: InnerParts, polygon: shapely.Polygon | shapely.MultiPolygon, signed_distance: Callable[[Floats], Floats]
 ) -> InnerParts:
-    """The parts without the optional lines and points outside of a domain, which are told among the notes.
+    """The parts without the optional lines and points outside of a domain, which are listed in the notes.
 
     ``signed_distance`` is that of points (m, 2) from its boundary, positive inside. GeometryError if other points are
     outside, with their number and the first of them.

@@ -16,7 +16,7 @@ from bubblemesh.messages import place
 
 GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
 SETTLED = 6.0  # chords from a known contact, within which two rings do not touch again
-MOST_SPLITS = 4  # of two rings: both at two points. Such rings bound no domain, least of all if a curve is common
+MOST_SPLITS = 4  # of two rings, both at two points; more have a curve in common and bound no domain
 
 
 class Contact(NamedTuple):
@@ -51,8 +51,8 @@ def _contacts(
 ) -> list[Contact]:
     """Contacts that are not yet corners of their pieces, between rings that have not been split too often.
 
-    They are looked for along a ``line``, the copy of the boundary. Only one of each two rings, and of several in one
-    place: the next ones have to know that corner.
+    They are searched along a ``line``, the copy of the boundary. Only one contact is returned for each pair of rings,
+    and for each place: the next search must know its corner.
     """
     found = list[Contact]()
     for probe, chord in _candidates(boundary, line, tolerance):
@@ -74,7 +74,7 @@ def _contacts(
 
 
 def _beside(point: Floats, away: float) -> GeometryError:
-    """Error on a corner of a ring that another one's corner is next to."""
+    """Error for a corner of a ring that is next to a corner of another ring."""
     return GeometryError(
         f"two rings have corners at {place(point)} that are {away:.1g} apart, next to each other but not the same: "
         "give them the same coordinates, or move them apart"
@@ -102,7 +102,7 @@ def _near(line: PolygonalCopy, reach: Floats) -> tuple[Integers, Integers]:
     """Points (k,) and chords (k,) of other rings that are within the reach (m,) of either, in order."""
     points = shapely.points(line.points)
     chords = shapely.linestrings(np.stack(line.chords[3:], axis=1))
-    # A search for each of the two: long chords would find far too many points for short ones to look at.
+    # A search for each of the two reaches: with one reach, long chords would find far too many points for short ones.
     probe, chord = shapely.STRtree(chords).query(points, predicate="dwithin", distance=reach)
     other, found = shapely.STRtree(points).query(chords, predicate="dwithin", distance=reach)
     probe, chord = np.append(probe, found), np.append(chord, other)

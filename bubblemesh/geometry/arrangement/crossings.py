@@ -68,7 +68,7 @@ def near_chords(boundary: Boundary, chords: ChordBoxes) -> NearChords:
     start, end, curved = boundary.start, boundary.end, boundary.curved
     p, q = piece[i], piece[j]
     joined = (start[p] == start[q]) | (start[p] == end[q]) | (end[p] == start[q]) | (end[p] == end[q])
-    gap = np.abs(s[i] - s[j])  # neighbours on one curve are no crossing
+    gap = np.abs(s[i] - s[j])  # neighbours on one curve are not a crossing
     gap = np.where(boundary.closed[p] | (start[p] == end[p]), np.minimum(gap, boundary.lengths[p] - gap), gap)
     kept = np.where(p == q, gap > 1.5 * step[i], curved[p] | curved[q] | ~joined)
     i, j = i[kept], j[kept]
@@ -99,7 +99,7 @@ def crossings(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
 def touches(boundary: Boundary, pairs: NearChords, size: float, parts: InnerParts) -> Cuts:
     """Cuts where the curves of chords touch with a common tangent; GeometryError where one passes the other next to it.
 
-    Errors are about the first one's part.
+    An error is about the part of the case that gives the first such place.
     """
     tolerance = TOUCHING * size
     curved = (boundary.curved[pairs.p] | boundary.curved[pairs.q]) & (pairs.p != pairs.q)
@@ -143,8 +143,8 @@ def _bend(boundary: Boundary, piece: Integers, middle: Floats, step: Floats) -> 
 def coincident(boundary: Boundary, pairs: NearChords, size: float) -> Booleans:
     """Mask (m,) of the pairs of two curves that have a stretch in common, however each of them is made.
 
-    The middle and an end of the first chord are on the second curve. Curves that only touch part within half a
-    chord, or are so much alike that `require_room` refuses them.
+    The test is whether the middle and an end of the first chord are on the second curve. Curves that only touch
+    separate within half a chord, or are so similar that `require_room` refuses them.
     """
     result = np.zeros(len(pairs.p), bool)
     curved = boundary.curved[pairs.p] & boundary.curved[pairs.q] & (pairs.p != pairs.q)

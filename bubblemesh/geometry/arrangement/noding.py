@@ -28,8 +28,9 @@ from bubblemesh.messages import two_places
 def noded(boundary: Boundary, size: float, fixed: int, parts: InnerParts) -> Boundary:
     """The boundary with corners wherever an inner piece meets another piece; tolerances are parts of the domain's size.
 
-    The first ``fixed`` corners, those of the rings, stay apart, however near they are. GeometryError, about what of the
-    parts gives it, if a vertex is next to a line or to another vertex, or a curve next to another one, but not on it.
+    The first ``fixed`` corners, those of the rings, stay separate, however near they are. GeometryError, about the part
+    of the case that gives it, if a vertex is next to a line or to another vertex, or a curve next to another one, but
+    not on it.
     """
     none = np.zeros(0, np.int64)
     boundary = cut(boundary, Cuts(none, np.zeros(0), np.zeros((0, 2))), size, fixed)
@@ -41,7 +42,7 @@ def noded(boundary: Boundary, size: float, fixed: int, parts: InnerParts) -> Bou
 
 
 def _meetings(boundary: Boundary, size: float, parts: InnerParts) -> Cuts:
-    """Cuts where inner pieces cross or touch others, each other or themselves, but for their ends."""
+    """Cuts where inner pieces cross or touch other pieces or themselves, apart from their ends."""
     pairs = near_chords(boundary, chord_boxes(boundary, size))
     same = coincident(boundary, pairs, size)
     along, pairs = select(pairs, same), select(pairs, ~same)
@@ -74,7 +75,7 @@ def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixe
 
 
 def cut(boundary: Boundary, cuts: Cuts, size: float, fixed: int) -> Boundary:
-    """The boundary with its pieces cut, at corners that it has already where there are any."""
+    """The boundary with its pieces cut, at existing corners if there are any in these places."""
     count = len(boundary.corners)
     corners, number = _clustered(np.vstack([boundary.corners, cuts.points]), TOUCHING * size, fixed)
     ends = [np.append(number, -1)[end] for end in (boundary.start, boundary.end)]  # -1 stays: no corner
@@ -97,7 +98,7 @@ def cut(boundary: Boundary, cuts: Cuts, size: float, fixed: int) -> Boundary:
 
 
 def _clustered(points: Floats, tolerance: float, fixed: int) -> tuple[Floats, Integers]:
-    """Points (k, 2) of which no two are the same, and the number (n,) among them of each of the given (n, 2)."""
+    """Distinct points (k, 2), and for each of the given points (n, 2) its number (n,) among them."""
     spots = shapely.points(points)
     i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=tolerance)
     known = np.arange(len(points))
@@ -110,7 +111,7 @@ def _clustered(points: Floats, tolerance: float, fixed: int) -> tuple[Floats, In
 
 
 def _require_apart(corners: Floats, size: float, fixed: int, parts: InnerParts) -> None:
-    """Check that no corner is next to another one, but for those of the rings."""
+    """Check that no corner is next to another one, apart from two corners of rings."""
     spots = shapely.points(corners)
     i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=NEARLY * size)
     near = np.flatnonzero((j < i) & (i >= fixed))

@@ -1,7 +1,7 @@
-"""Union, difference and intersection of areas, whose curves stay the curves that they are.
+"""Union, difference and intersection of areas; curves stay exact.
 
-All curves are split where they meet. Of the pieces stay those that have the result on one side only, which a point
-beside each of them tells; they are joined to rings with the result on their left.
+All curves are split where they meet. The pieces with the result on one side only, which is tested by a point beside
+each, are joined to rings with the result on their left.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,10 +25,10 @@ from bubblemesh.geometry.paths import Arc, Area, Curve, Line, OpenPath, Point, R
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.records import record
 
-BESIDE_CORNER = 0.01  # of the shortest piece at a corner: so far from it pieces are put in order around it
-JOINED = 1e-9  # of a curve's length: pieces nearer to each other were one
+BESIDE_CORNER = 0.01  # of the shortest piece at a corner: distance from it at which pieces are sorted around it
+JOINED = 1e-9  # of a curve's length: pieces nearer to each other belong together
 
-# What belongs to the result, for points (m,) that are within the operands (k, m) or not.
+# For masks (k, m) of the operands that contain points, the mask (m,) of the points in the result.
 Rule = Literal["union", "minus", "intersection"]
 RULES: Mapping[Rule, Callable[[Booleans], Booleans]] = {
     "union": lambda inside: np.logical_or.reduce(inside),
@@ -45,11 +45,11 @@ class Run(NamedTuple):
 
 
 def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
-    """Areas of the operands' union, of the first one minus the others, or of their intersection; there may be none.
+    """Areas of the operands' union, of the first one minus the others, or of their intersection; possibly none.
 
-    An operand is what any of its areas holds. Sides keep their labels; where sides of several operands are one, that
-    of the first operand counts. GeometryError, with the place, if a ring crosses itself, or if curves are next to each
-    other, but not the same.
+    An operand is the union of its areas. Sides keep their labels; a common side of several operands has the label of
+    the first one. GeometryError, with the place, if a ring crosses itself, or if curves are next to each other, but not
+    the same.
     """
     areas = [area for operand in operands for area in operand]
     owner = np.repeat(np.arange(len(operands)), [len(operand) for operand in operands])
@@ -89,7 +89,7 @@ def areas_beside(
 
 
 def size_of(points: Floats) -> float:
-    """Size of all operands that tolerances are parts of, or more where rounding makes them larger."""
+    """Size of all operands, to which tolerances are relative; larger if rounding requires larger tolerances."""
     rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
     return max(float(np.ptp(points, axis=0).max()), rounding / TOUCHING)
 
@@ -112,7 +112,7 @@ def _inside(points: Floats, shapes: Sequence[shapely.Polygon], owner: Integers, 
 
 
 def _loops(boundary: Boundary, runs: Sequence[Run]) -> list[list[Run]]:
-    """Closed walks around the parts of the result, always on to the next run that bounds the same part."""
+    """Closed walks around the parts of the result, from each run to the next one that bounds the same part."""
     closed = [[run] for run in runs if boundary.closed[run.piece]]
     open_ = [run for run in runs if not boundary.closed[run.piece]]
     if not open_:
@@ -130,7 +130,7 @@ def _loops(boundary: Boundary, runs: Sequence[Run]) -> list[list[Run]]:
         while not used[number]:
             used[number] = True
             loop.append(open_[number])
-            # The part is on the left: the next run is the first one clockwise from where this one comes from.
+            # The part is on the left: the next run is the first one clockwise from the direction of this one.
             after = leaving[int(end[number])]
             number = min(after, key=lambda k: (behind[number] - ahead[k]) % (2 * np.pi)) if len(after) > 1 else after[0]
         if loop:
@@ -146,7 +146,7 @@ def _ends(boundary: Boundary, run: Run) -> tuple[int, int]:
 def _directions(boundary: Boundary, runs: Sequence[Run], begin: Integers, end: Integers) -> tuple[Floats, Floats]:
     """Angles (m,) at which runs leave the corners where they begin, and (m,) at which they are seen from their ends.
 
-    They are those of places a little away, equally far on all runs at a corner: curves may leave it side by side.
+    Angles are those of places a little away, equally far on all runs at a corner, as curves may leave it side by side.
     """
     piece = np.array([run.piece for run in runs])
     backward = np.array([run.backward for run in runs])
@@ -164,7 +164,7 @@ def _directions(boundary: Boundary, runs: Sequence[Run], begin: Integers, end: I
 
 
 def _simple(boundary: Boundary, loops: Sequence[list[Run]]) -> list[list[Run]]:
-    """Walks that pass no corner twice: where a part touches itself, a hole of it does so."""
+    """Walks that pass no corner twice: a part that touches itself gets a hole that touches its rim."""
     simple = []
     for loop in loops:
         walk: list[Run] = []
@@ -201,7 +201,7 @@ class _Assembly:
         return boundary.kind.tolist(), boundary.index.tolist()
 
     def ring(self, loop: Sequence[Run]) -> Ring:
-        """Ring of a walk; runs that follow each other on one curve are one side again."""
+        """Ring of a walk; consecutive runs on one curve are merged to one side."""
         count = len(loop)
         breaks = [k for k in range(count) if not self._continued(loop[k - 1], loop[k])]
         if not breaks:
@@ -211,7 +211,7 @@ class _Assembly:
         return Ring(tuple(self._side(group) for group in groups), vertices)
 
     def _continued(self, run: Run, other: Run) -> bool:
-        """Whether a run goes on in another one on the same curve, where that had no vertex before."""
+        """Whether another run continues a run on the same curve, at a place without an original vertex."""
         first, second = (other, run) if run.backward else (run, other)
         origin = self._origin[run.piece]
         if run.backward != other.backward or origin != self._origin[other.piece]:
@@ -242,7 +242,7 @@ class _Assembly:
 
 
 def _part(curve: Curve, offset: float, length: float, whole: float) -> Curve:
-    """The part of a curve of that ``whole`` length that begins after ``offset`` of what it is itself a section of."""
+    """The part of a curve, from ``offset`` on and ``length`` long; ``whole`` is the length of the curve."""
     if isinstance(curve, Section):
         return curve._replace(offset=offset, length=length)
     if isinstance(curve, Arc):

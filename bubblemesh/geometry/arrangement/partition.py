@@ -17,18 +17,22 @@ from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import place
 
-ASIDE, ASIDE_OF_A_CURVE = 1e-6, 0.02  # of a chord's length: so far beside a piece its region is looked up
-COARSEST = 1e-6  # of the domain's size: rounding that regions and lines bear
-NOTHING = 1e-6  # part of a region's area that is none: what a curve's chords are off
+ASIDE, ASIDE_OF_A_CURVE = 1e-6, 0.02  # of a chord's length: distance from a piece at which its region is looked up
+COARSEST = 1e-6  # of the domain's size: largest rounding error with which regions and lines still work
+NOTHING = 1e-6  # share of a region's area that counts as zero: the error of a curve's chords
 
 
 def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon) -> Boundary:
     """The boundary of rings with inner pieces, noded, and with the regions on either side of all pieces.
 
-    Rings of regions and embedded lines end at the boundary of the domain, the polygon; what of them follows it, or
-    another one of them, is one piece: of the ring if it can be, else of an embedded line, else of the first region.
-    GeometryError, with the coordinates, if regions overlap or lie outside, if nothing is left of a line or a point is
-    not in the domain, or if a vertex is next to a line but not on it.
+    Rings of regions and embedded lines end at the boundary of the domain, the polygon. Where several lines run along
+    each other there is one piece: that of the ring if there is one, else of an embedded line, else of the first region.
+
+    Raises
+    ------
+    GeometryError
+        If regions overlap or lie outside, a line or a point is outside of the domain, or a vertex is next to a line but
+        not on it; with the coordinates.
     """
     size = _size(polygon)
     outlines = [region.polygon for region in parts.regions]
@@ -46,9 +50,9 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
 
 
 def _size(polygon: shapely.Polygon) -> float:
-    """Size of the domain that tolerances are parts of; far from the origin coordinates are rounded by more than these.
+    """Size to which tolerances are relative: that of the domain, or more if coordinates far from the origin need it.
 
-    GeometryError if too few digits are left to tell what meets.
+    GeometryError if too few digits are left to decide which lines meet.
     """
     x0, y0, x1, y1 = polygon.bounds
     size = float(max(x1 - x0, y1 - y0))
@@ -70,7 +74,7 @@ def _require_inside(parts: InnerParts, outlines: Sequence[shapely.Polygon], poly
 
 
 def without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
-    """The boundary without inner pieces that follow another piece, nor such as have no length."""
+    """The boundary without inner pieces that run along another piece or have no length."""
     low, high = np.sort(np.column_stack([boundary.start, boundary.end]), axis=1).T
     numbers = np.arange(len(boundary.kind))
     middle = boundary.points(numbers, boundary.lengths / 2)

@@ -1,4 +1,4 @@
-"""Inner parts of a domain: regions, embedded lines and points, sides that match; which regions overlap, and where."""
+"""Inner parts of a domain: regions, embedded lines and points, matching sides; and the check that regions fit."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -15,8 +15,8 @@ from bubblemesh.geometry.paths import Area, InnerPoint, Line, OpenPath, Point, R
 from bubblemesh.geometry.validity import explained, first_place, simple_polygon
 from bubblemesh.records import Uncached, record
 
-RIM_OF_A_CURVE = 1e-4  # of a region's extent: what the chords of its polygonal copy are off at most
-BELLY = 0.01  # of the square of a chord's length: more than the area between it and its curve
+RIM_OF_A_CURVE = 1e-4  # of a region's extent: bound for the error of the chords of its polygonal copy
+BELLY = 0.01  # of the square of a chord's length: bound for the area between it and its curve
 
 
 @record
@@ -62,7 +62,7 @@ class Region(Uncached):
 
     @cached_property
     def _bands(self) -> tuple[shapely.Geometry, shapely.Geometry]:
-        """Core and reach; the rim of a curved region is as wide as its chords are off."""
+        """Core and reach; the rim of a curved region is as wide as the error of its chords."""
         straight = all(isinstance(side.curve, Line) for ring in self.area.rings for side in ring.sides)
         x0, y0, x1, y1 = self.polygon.bounds
         width = (TOUCHING if straight else RIM_OF_A_CURVE) * max(x1 - x0, y1 - y0)
@@ -74,10 +74,10 @@ class Region(Uncached):
 
 @record
 class InnerParts:
-    """Regions, embedded lines and points, and periodic sides: all of a domain but its rings.
+    """Regions, embedded lines and points, and periodic sides: everything in a domain apart from its rings.
 
-    Regions are numbered from 1; region 0 is the rest of the domain. Where regions are nested the innermost counts.
-    Several may have one name.
+    Regions are numbered from 1; region 0 is the rest of the domain. Where regions are nested, the innermost counts.
+    Several regions may have the same name.
     """
 
     regions: tuple[Region, ...] = ()
@@ -85,7 +85,7 @@ class InnerParts:
     lines: tuple[OpenPath, ...] = ()
     points: tuple[InnerPoint, ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()  # pairs of labels of sides whose nodes match
-    remarks: tuple[str, ...] = ()  # notes on what is not among them
+    remarks: tuple[str, ...] = ()  # notes on lines and points that were left out
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -145,7 +145,7 @@ def areas_of(boundary: Boundary, parts: InnerParts) -> list[shapely.Polygon]:
 
 
 def slack_of(boundary: Boundary, parts: InnerParts, size: float) -> Floats:
-    """Area (r,) that the polygon of each region may be off along its rim."""
+    """Possible error (r,) of the area of each region's polygon, along its rim."""
     piece, _, step = boundary.stations()
     off = NEARLY * size * step + np.where(boundary.curved[piece], BELLY * step**2, 0)
     inner = boundary.inner[piece]
@@ -172,11 +172,11 @@ def require_apart(areas: Sequence[shapely.Polygon], names: Sequence[str], slack:
 
 
 def region_at(points: Floats, areas: Sequence[shapely.Polygon]) -> Integers:
-    """Number (n,) of the innermost region at points (n, 2); 0 where there is none."""
+    """Number (n,) of the innermost region at points (n, 2); 0 outside of all regions."""
     found = np.zeros(len(points), np.int64)
     if len(areas) == 0:
         return found
     number, point = shapely.STRtree(shapely.points(points)).query(np.array(areas, dtype=object), predicate="contains")
-    order = np.argsort(-shapely.area(areas)[number], kind="stable")  # the last one written stays
+    order = np.argsort(-shapely.area(areas)[number], kind="stable")  # smaller areas are written later
     found[point[order]] = number[order] + 1
     return found

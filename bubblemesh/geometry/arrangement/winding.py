@@ -1,4 +1,4 @@
-"""Areas that closed curves enclose which cross themselves and each other, by how often they turn around a place."""
+"""Areas enclosed by closed curves that may cross themselves and each other, by winding numbers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
@@ -15,9 +15,9 @@ from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, OpenPath, Ring, outlines
 
-BATCH = 500  # places that are looked at together, for the memory that it takes
+BATCH = 500  # places in a block, to bound the memory
 
-# What is enclosed, for numbers (m,) of turns to the left around places.
+# For winding numbers (m,) around places, the mask (m,) of the enclosed places.
 FillRule = Literal["nonzero", "evenodd"]
 FILL_RULES: Mapping[FillRule, Callable[[Integers], Booleans]] = {
     "nonzero": lambda turns: turns != 0,
@@ -44,7 +44,7 @@ def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
 def winding_numbers(chords: Floats, points: Floats) -> Integers:
     """Winding numbers (n,): turns to the left of closed walks along chords (m, 2, 2) around points (n, 2)."""
     low, high = np.sort(chords[:, :, 1], axis=1).T
-    # Those chords count that cross the ray from a point to the right.
+    # Count the chords that cross the ray from a point to the right.
     far = chords[:, :, 0].max(axis=1)
     boxes = shapely.STRtree(shapely.box(chords[:, :, 0].min(axis=1), low, far, high))
     found = np.zeros(len(points), np.int64)

@@ -1,4 +1,4 @@
-"""Curves along their chords as cubics, from which distances are taken without asking the curves."""
+"""Cubics that follow curves along their chords, from which distances are computed without evaluating the curves."""
 
 from typing import NamedTuple, Self
 
@@ -8,13 +8,13 @@ from bubblemesh.arrays import Booleans, Floats, Integers, select
 
 STEPS = 3
 BEYOND = 0.6  # of a chord's length: beside a corner of the chords the foot may be half-way along the next one
-FLATTEST = 0.05  # least slope in a projection: towards the centre of curvature it vanishes
+FLATTEST = 0.05  # least slope in Newton's method: towards the centre of curvature the slope vanishes
 
 
 class Bulges(NamedTuple):
-    """Cubics above chords, with the directions of the curves at both ends (Hermite): off by the fourth power of these.
+    """Hermite cubics above chords, with the directions of the curves at both ends; errors are of fourth order.
 
-    A chord has its start, a direction and a length; heights are to its left.
+    A chord has a start, a direction and a length; heights are to its left.
     """
 
     start: Floats  # (c, 2)

@@ -1,4 +1,4 @@
-"""Chords in runs of consecutive ones, each run in a rectangle along the way from its first point to its last."""
+"""Runs of consecutive chords, each in a rectangle along the line from its first point to its last."""
 
 from functools import cached_property
 
@@ -19,8 +19,8 @@ ROUNDING = 1e-14  # of the largest coordinate
 class ChordRuns:
     """Straight lines, the end of one being the start of the next within a run.
 
-    The width of a run's rectangle falls with the square of its length where the curve is smooth, so that distances
-    from it tell well which runs are near. Upright boxes would be much looser.
+    Where the curve is smooth, the width of a run's rectangle falls with the square of its length, so that distances
+    from it are good bounds. Boxes along the axes would be much looser.
     """
 
     start: Floats  # (m, 2), of each chord
@@ -30,7 +30,7 @@ class ChordRuns:
     x: Floats  # (LENGTH + 1, r), of the points of each run, the last one repeated in shorter runs
     y: Floats  # likewise
     boxes: Floats  # (6, r), centre and axis of each run's rectangle, half its length and half its width
-    margin: float  # more than what rounding displaces a point
+    margin: float  # bound for the displacement of a point by rounding
 
     @classmethod
     def of(cls, start: Floats, end: Floats) -> "ChordRuns":
@@ -74,7 +74,7 @@ class ChordRuns:
         return beyond
 
     def at_most(self, x: Floats, y: Floats, run: Integers) -> Floats:
-        """Distances (g, p) from points at x, y (g, p) that nothing of the runs (p,) exceeds."""
+        """Upper bounds (g, p) of the distances from points at x, y (g, p) to everything in the runs (p,)."""
         cx, cy, _, _, length, width = self.boxes.take(run, axis=1)
         return np.sqrt((x - cx) ** 2 + (y - cy) ** 2) + np.hypot(length, width)
 
@@ -87,6 +87,7 @@ class ChordRuns:
         return squared, chord
 
     def _nearest(self, px: Floats, py: Floats, run: Integers) -> tuple[Floats, Integers]:
+        """The same as `nearest`, for all points at once."""
         x, y = self.x.take(run, axis=1), self.y.take(run, axis=1)
         ux, uy = x[1:] - x[:-1], y[1:] - y[:-1]
         x -= px

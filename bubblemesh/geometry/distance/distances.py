@@ -1,4 +1,4 @@
-"""Distances from parts of a domain, and from lines and points of their own; from a few of them each by its formula."""
+"""Distances from parts of a domain, and from other lines and points; from few of them by formulas."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -16,7 +16,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import unknown
 from bubblemesh.records import record
 
-MOST_FORMULAS = 16  # lines and arcs: beyond, looking for the nearest one first is faster
+MOST_FORMULAS = 16  # lines and arcs; for more, a search for the nearest one is faster
 AT_A_TIME = 1 << 14  # points, so that the arrays stay in the processor's caches
 ANYWHERE = -2.0  # below the cosine of any angle
 
@@ -33,9 +33,9 @@ class Distance(Protocol):
 
 
 def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
-    """Distance from all that has one of the labels; without any, from the rings of the domain.
+    """Distance from everything with one of the labels; without labels, from the rings of the domain.
 
-    CaseError, with the known ones, if nothing has a label.
+    CaseError, with the known labels, if a label is unknown.
     """
     require_labels(domain, labels)
     labels = [own for label in labels for own in domain.groups.get(label, (label,))]
@@ -47,7 +47,7 @@ def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
 
 
 def require_labels(domain: Domain, labels: Sequence[str]) -> None:
-    """CaseError, with the known labels, if nothing in a domain has one of these."""
+    """CaseError, with the known labels, if nothing in a domain has one of the given ones."""
     known = [*domain.labels, *(group for group, own in domain.groups.items() if own)]
     for label in labels:
         if label in known:
@@ -72,7 +72,7 @@ def distance_to_line(points: Sequence[tuple[float, float]]) -> Distance:
 
 @record
 class FromLabels:
-    """Distance from what has one of some labels, on the true curves; without any, from the rings of the domain."""
+    """Distance from the true curves and points with one of the labels; without labels, from the rings of the domain."""
 
     domain: Domain
     labels: tuple[str, ...]
@@ -146,7 +146,7 @@ class ClosedForm:
         closed = boundary.closed[rounds]
         half = np.where(closed, 0, boundary.lengths[rounds] / 2)
         middle = (boundary.points(rounds, half) - center) / radius[:, None]
-        # The ends of an arc are what is nearest outside the angle that it spans.
+        # Outside of the angle that an arc spans, one of its ends is nearest.
         open_, places = rounds[~closed], np.array(points, float).reshape(-1, 2)
         ends = [boundary.corners[end[of]] for of in (lines, open_) for end in (boundary.start, boundary.end)]
         start, end = np.vstack([ends[0], ends[2], ends[3], places]), np.vstack([ends[1], ends[2], ends[3], places])
@@ -170,6 +170,7 @@ class ClosedForm:
         return distance
 
     def _from(self, x: Floats, y: Floats) -> Floats:
+        """Distances (k,) of points at x, y (k,)."""
         squared = np.full(len(x), np.inf)
         for (ax, ay), (bx, by) in zip(self.start.tolist(), self.end.tolist(), strict=True):
             ux, uy, dx, dy = bx - ax, by - ay, x - ax, y - ay

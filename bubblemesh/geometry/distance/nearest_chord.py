@@ -13,7 +13,7 @@ from bubblemesh.kernels.nearest import nearest_chords
 
 BLOCK = 16  # points, or smaller blocks, of a block
 PAIRS = 1 << 12  # of blocks and runs at a time, so that the arrays stay in the processor's caches
-TOGETHER = 64  # points that one lower bound serves
+TOGETHER = 64  # points with one common lower bound
 SLACK = 1 + 1e-12  # for rounding
 
 
@@ -57,16 +57,16 @@ class Blocks(NamedTuple):
 
 
 def nearest_chord(runs: ChordRuns, points: Floats) -> Integers:
-    """Number (m,) of the chord nearest to each of ``points`` (m, 2), of equally near ones the first.
+    """Number (m,) of the chord nearest to each of ``points`` (m, 2); the first of equally near ones.
 
-    It depends on nothing but the point: the search leaves out only what is farther away.
+    It does not depend on the other points: the search only leaves out chords that are farther away.
     """
     compiled = library()
     return nearest_in_numpy(runs, points) if compiled is None else nearest_chords(compiled, runs.tree, points, SLACK)
 
 
 def nearest_in_numpy(runs: ChordRuns, points: Floats) -> Integers:
-    """Number (m,) of the chord nearest to each of ``points`` (m, 2) as of `nearest_chord`, made in NumPy."""
+    """The same as `nearest_chord`, in NumPy."""
     found = np.zeros(len(points), np.int64)
     if len(points) == 0:
         return found
@@ -84,8 +84,8 @@ def nearest_in_numpy(runs: ChordRuns, points: Floats) -> Integers:
 def distance_at_least(runs: ChordRuns, points: Floats, along_curve: bool = False) -> Floats:
     """Lower bounds (m,) of the distances of points (m, 2) from all chords, much quicker than the distances.
 
-    They are close for points whose neighbours, among the others, are much nearer to them than the chords. Those that
-    come ``along_curve`` follow their neighbours as it is; others are put in such an order.
+    They are close for points whose neighbours among the points are much nearer than the chords. Points ``along_curve``
+    are already in an order in which neighbours follow each other; others are sorted so.
     """
     bounds = np.zeros(len(points))
     if len(points) == 0:

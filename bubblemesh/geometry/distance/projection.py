@@ -1,4 +1,4 @@
-"""Nearest points on curves, and distances from them: the nearest chord, then what the curve does along it."""
+"""Nearest points on curves, and distances from them: first the nearest chord, then the curve along it."""
 
 from collections.abc import Collection
 from functools import cached_property
@@ -20,7 +20,7 @@ from bubblemesh.records import record
 STEPS = 8
 REST = 1e-9  # of a piece's length: a shorter step changes the distance by its square
 AT_A_TIME = 1 << 13  # points, so that the arrays stay in the processor's caches
-FLATTEST = 0.05  # least slope in a projection: towards the centre of curvature it vanishes
+FLATTEST = 0.05  # least slope in Newton's method: towards the centre of curvature the slope vanishes
 
 
 class Feet(NamedTuple):
@@ -63,7 +63,7 @@ class Projection:
         return self._distances(points, nearest_chord(self._runs, points))
 
     def distances_beside_chords(self, points: Floats) -> tuple[Floats, Floats]:
-        """Distances (k,) as of `distances`, and by how much (k,) a curve departs from the nearest chord at most."""
+        """Distances (k,) by `distances`, and bounds (k,) for the distance of the curve from the nearest chord."""
         chord = nearest_chord(self._runs, points)
         return self._distances(points, chord), self._bellies[chord]
 
@@ -104,12 +104,12 @@ class Projection:
 
     @property
     def _belly(self) -> float:
-        """More than any curve departs from its chords."""
+        """Bound for the distance of any curve from its chords."""
         return float(self._bellies.max())
 
     @cached_property
     def _bellies(self) -> Floats:
-        """More (m,) than the curve along each chord departs from it."""
+        """Bounds (m,) for the distance of the curve along each chord from it."""
         return np.abs(self._curvature) * self.chords.step**2 / 4
 
     @cached_property
