@@ -103,7 +103,7 @@ class _Borders:
         )
 
     def moves(self, reach: float) -> _Moves:
-        """Vertices within ``reach`` of an earlier shape's border move there; those next to edges become vertices of these."""
+        """Vertices within ``reach`` of an earlier shape's border move there; those near edges are inserted there."""
         count, shape = len(self.points), self.shape_of[self.ring_of]
         incidence = np.unique(np.column_stack([self.step, shape]), axis=0)
         has = {tuple(row) for row in incidence.tolist()}
