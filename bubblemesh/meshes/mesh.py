@@ -286,8 +286,7 @@ class Mesh:
         - Names that the file does not hold are taken from NAME.labels.json beside it.
         - Of cells of higher order only the corners are read.
         - Of the data only a metric is kept, in ``fields`` and ``metric``: that of the triangles, or that of the nodes
-        in
-          a .sol beside a .mesh and in a .pos. The one that is missing is made of the other by the mean of logarithms.
+          in a .sol beside a .mesh and in a .pos. The missing one is made of the other by the mean of logarithms.
         - Labelled points and periodic sides are read from ``.msh`` files of Gmsh.
 
         Warns
