@@ -75,7 +75,7 @@ Solvers = Annotated[
 class Output(Strict):
     """Files to write, and where."""
 
-    # `for` is no name in Python.
+    # `for` cannot be a name in Python.
     model_config = ConfigDict(serialize_by_alias=True)
 
     formats: tuple[FormatName, ...] = Field(default=("msh", "vtu"), min_length=1, description="Mesh formats to write.")
@@ -162,7 +162,7 @@ class Requirements(Strict):
 class RangeKeys(Strict):
     """Values of a swept key at equal steps."""
 
-    # `from` is no name in Python.
+    # `from` cannot be a name in Python.
     model_config = ConfigDict(serialize_by_alias=True)
 
     start: float = Field(alias="from", description="First value.")

@@ -85,7 +85,7 @@ def content_of(stream: BinaryIO, what: str = "file") -> bytes:
                 raise _too_large(what)
     except OSError as error:
         raise unreadable(error, what) from None
-    if block is None:  # no bytes yet, as of some files of the system
+    if block is None:  # no bytes yet, as for some files of the system
         raise unreadable(f"it is {NO_FILE}", what)
     return content.getvalue()
 

@@ -252,7 +252,7 @@ class Domain(Uncached):
         Raises
         ------
         GeometryError
-            If there is no such label, or none is given.
+            If there is no such label, or no label is given.
         """
         return self._projection_onto(labels).feet(points)
 

@@ -177,7 +177,7 @@ def _fingerprint(points: Floats) -> bytes:
 
 
 def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
-    """The area that a ring encloses: wherever it turns around a place, however often."""
+    """The area that a ring encloses: all places around which it turns, however often."""
     points = ring.outline
     polygon = shapely.Polygon(points)
     if polygon.is_valid:
@@ -189,7 +189,7 @@ def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
 
 
 def _tidy(shape: shapely.Geometry, work: _Work) -> shapely.Geometry:
-    """A shape without the thin parts, the spikes and the vertices beside others that cuts leave."""
+    """A shape without thin parts, spikes, and vertices next to others, which cuts may leave."""
     thin = THIN * work.size
     whole = _thick(shape, thin)
     sparse = _thick(_gathered(shapely.remove_repeated_points(whole, thin), work), thin)
@@ -210,9 +210,9 @@ def _thick(shape: shapely.Geometry, thin: float) -> shapely.MultiPolygon:
 
 
 def _gathered(shape: shapely.Geometry, work: _Work) -> shapely.Geometry:
-    """A shape whose vertices beside each other are in one place, that of a given one if there is any.
+    """A shape with neighbouring vertices moved to one place, that of a vertex of the original rings if there is one.
 
-    Cuts that meet in a point differ by their rounding there, and rings that do not quite touch bound no domain.
+    Cuts that meet in a point differ there by rounding, and rings that do not quite touch would not bound a domain.
     """
     points, number = np.unique(shapely.get_coordinates(shape), axis=0, return_inverse=True)
     places = shapely.points(points)
@@ -235,12 +235,12 @@ def _without_spikes(ring: shapely.LinearRing, thin: float) -> Floats:
         spikes = np.flatnonzero((ux * wx + uy * wy < 0) & (np.abs(ux * wy - uy * wx) <= thin * longer))
         if len(spikes) == 0:
             break
-        points = np.delete(points, spikes[0], axis=0)  # what is beside it may be the next one
+        points = np.delete(points, spikes[0], axis=0)  # its neighbour may be a spike now
     return points
 
 
 def _mended(area: Area, work: _Work) -> shapely.Geometry:
-    """The polygons of one area whose rings do not bound one."""
+    """The polygons of an area whose rings are not valid."""
     return _cut(_valid(area.outer, work), area.holes, work)
 
 
@@ -253,7 +253,7 @@ def _without(shapes: Sequence[shapely.Polygon], holes: Sequence[Ring], work: _Wo
 
 
 def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: _Work) -> shapely.Geometry:
-    """A shape without holes, of which those outside are left out; changes for all but those that lie inside, apart."""
+    """A shape without holes; holes outside are left out. All but separate holes inside are noted as changes."""
     if not holes:
         return shape
     solid = np.array([_valid(hole, work) for hole in holes], dtype=object)
@@ -279,9 +279,9 @@ def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: _Work) -> shapely
 
 
 def _united(areas: Sequence[Sequence[shapely.Polygon]], gap: float, work: _Work) -> list[shapely.Polygon]:
-    """Polygons of several areas, of which those that overlap, have a side in common, or leave a narrow gap are one.
+    """Polygons of several areas, with those united that overlap, have a common side, or leave a narrow gap.
 
-    What one area falls into stays apart: it touches itself where its ring crosses itself, and there is no gap.
+    The pieces of one area stay separate: they touch where its ring crosses itself, and there is no gap.
     """
     found, area = np.array(list(chain(*areas)), dtype=object), np.repeat(np.arange(len(areas)), list(map(len, areas)))
     if len(found) < 2:
@@ -316,7 +316,7 @@ def _outer(polygon: shapely.Polygon) -> Floats:
 
 
 def _without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: _Work) -> list[shapely.Polygon]:
-    """The polygons without islands and holes that are smaller; islands in such holes become part of what is around."""
+    """The polygons without smaller islands and holes; islands in such holes become part of the area around."""
     found, filled = list[shapely.Polygon](), list[shapely.Polygon]()
     small = [shape for shape in shapes if shapely.Polygon(shape.exterior).area < smallest]
     for shape in shapes:
@@ -368,7 +368,7 @@ def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -
 
 
 def _sparser(given: "NDArray[np.object_]", tolerance: float) -> Sequence[shapely.Polygon]:
-    """The polygons with fewer vertices; the tolerance is a length for areas apart, else the root of an area."""
+    """The polygons with fewer vertices; the tolerance is a length for separate areas, else the root of an area."""
     neighbours = shapely.STRtree(given).query(given, predicate="touches")[0]
     if len(neighbours):
         return list(shapely.coverage_simplify(given, tolerance))

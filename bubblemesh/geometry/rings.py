@@ -62,7 +62,7 @@ def end_of(piece: Piece) -> Point:
 def polygon(points: Sequence[Sequence[float]], labels: Sequence[str] | None = None, label: str | None = None) -> Ring:
     """Polygon through ``points`` (n, 2); ``labels`` name the sides, the first from point 0 to point 1.
 
-    CaseError if there are not as many labels as sides, or a coordinate is no number.
+    CaseError if there are not as many labels as sides, or a coordinate is not a number.
     """
     if len(points) == 0:
         raise GeometryError("a polygon has no points: give at least three")
@@ -103,8 +103,8 @@ def ellipse(center: Sequence[float], radii: Sequence[float], angle: float = 0.0,
 def path(start: Sequence[float], pieces: Sequence[Piece], label: str | None = None) -> Ring:
     """Ring from ``start`` along ``pieces``, closed by a straight line where it does not end at its start.
 
-    Consecutive points that coincide are merged, with a note. CaseError if a coordinate is no number; GeometryError if
-    an arc's ends are not equally far from its centre, or fewer than three points remain.
+    Consecutive points that coincide are merged, with a note. CaseError if a coordinate is not a number; GeometryError
+    if an arc's ends are not equally far from its centre, or fewer than three points remain.
     """
     first = as_point(start)
     ends = [end_of(piece) for piece in pieces]

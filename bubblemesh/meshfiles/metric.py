@@ -23,9 +23,9 @@ UNEQUAL = 1e-6  # relative difference of m12 and m21 that is more than rounding 
 def read_metric(path: Path, name: str | None, chosen_by: str = "--field") -> NodalField:
     """Read a metric in a mesh file of triangles, with positive tensors (n, 3) as its values.
 
-    It is the data ``name`` at the nodes, or the only data there. If none there has as many numbers as a tensor, nodes
-    get the mean of the tensors of the triangles around. FileError as of `linear_triangles`, and CaseError as of
-    `nodal_field`; CaseError if the data is no metric.
+    It is the data ``name`` at the nodes, or the only data there. If no data at the nodes has as many numbers as a
+    tensor, nodes get the mean of the tensors of the triangles around. The same errors as `linear_triangles` and
+    `nodal_field`; CaseError if the data is not a metric.
     """
     file = linear_triangles(path)
     named = name is not None or _names(file.source.point_data)

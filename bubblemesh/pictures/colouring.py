@@ -1,4 +1,4 @@
-"""Colours of a picture's triangles, the quantity that they show, and the bar that tells its values."""
+"""Colours of a picture's triangles, the quantity that they show, and the bar with its values."""
 
 from collections.abc import Mapping
 from dataclasses import field

@@ -16,9 +16,9 @@ from bubblemesh.messages import place
 NEWTON_STEPS = 12
 PARALLEL = 1e-6  # sine of the angle between two lines, below which they follow each other rather than cross
 SAME_BEND = 1e-3  # relative difference of two curvatures, below which curves run beside each other
-BESIDE = 2e-5  # radians between them; they turn by 0.025 along a chord, of which they may differ by that 1e-3
+BESIDE = 2e-5  # radians between them: `SAME_BEND` of the turn along a chord, which is 0.025
 ENDS = -0.5, 0.5  # of a chord, in its length from the middle
-SAGITTA = 0.02  # of a chord's length, which its curve stays closer to
+SAGITTA = 0.02  # of a chord's length: bound for the distance of its curve
 
 
 class Cuts(NamedTuple):
