@@ -1,6 +1,7 @@
 """Straight cuts of a domain into cells of about the same work: short, square to walls, far from corners."""
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -8,12 +9,12 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, at_key
-from bubblemesh.geometry.arrangement import NEARLY
+from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
-from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.messages import place
 from bubblemesh.parts.landings import Landings
+from bubblemesh.parts.periodic_sides import PeriodicSides
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.spacing import Spacing
@@ -31,11 +32,11 @@ CROSSING = 10.0  # of a wall, a line or another cut, square to it
 OBLIQUE = 60.0  # more for one at no angle at all
 NEAR = 40.0  # a corner, or a node's distance from a wall that runs along
 CLEAR = 4.0  # spacings: what is farther is not near
-NEXT = 1.0  # spacings: bubbles on a wall that are nearer are too near
 EVEN = 0.7  # least work of a cell on one side of a cut, of that of one on the other, after it was moved
 UNEVEN = 2.0  # per bubble of a perfect cut, and share of the work that is off
-TOUCHING = 1e-6  # of a cut's length: it meets what is so near to its ends
+MEETING = 1e-6  # of a cut's length: it meets what is so near to its ends
 ASIDE = 8  # times what is taken for a slip, in which a cut is moved away from corners
+ASIDES = 0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5, 2.0, -2.0, 3.0, -3.0  # spacings, in which one beside periodic sides is
 BEYOND = 0.01  # of the domain's size: around it
 
 CUT = "cut"  # label of the lines
@@ -128,7 +129,7 @@ class _Cutter:
         self._sizes = spacing.extended(self._corners)
         self._area = domain.polygon
         self._domain = domain
-        self._copies = np.zeros((0, 2))  # on periodic sides, of where cuts meet the other ones
+        self._sides = PeriodicSides.of(domain, spacing)
         self._landings = Landings.of(domain, spacing)
 
     def cuts(self, samples: Leaves, cells: int, expected_nodes: float) -> Cuts:
@@ -165,31 +166,45 @@ class _Cutter:
         new = np.concatenate([ends, crossed])
         self._corners = np.concatenate([self._corners, new])
         self._sizes = np.concatenate([self._sizes, self.spacing.extended(new)])
-        self._copies = np.concatenate([self._copies, self._opposite(crossed)])
-
-    def _opposite(self, points: Floats) -> Floats:
-        """Counterparts (k, 2) of those of the points (n, 2) on the boundary that are on periodic sides."""
-        boundary, pairs = self._domain.boundary, self._domain.periodic
-        if len(pairs) == 0 or len(points) == 0:
-            return np.zeros((0, 2))
-        piece, s, *_ = self._domain.nearest(points)
-        _, other, at = counterparts(boundary, pairs, piece, s)
-        return boundary.points(other, at)
+        self._sides = self._sides.with_cut(np.array(ends))
 
     def _chosen(self, piece: _Piece) -> _Choice:
         """The best cut of a piece; CaseError if none divides it."""
-        found = (choice for choice in _choices(piece) if _divides(piece.polygon, choice))
-        choices = sorted(found, key=lambda choice: choice.length)[:LOOKED_AT]
+        dividing = (choice for choice in _choices(piece) if _divides(piece.polygon, choice))
+        choices = sorted(dividing, key=lambda choice: choice.length)[:LOOKED_AT]
         if not choices:
             where = place(piece.polygon.mean(axis=0))
             with at_key("parts"):
                 raise CaseError(f"around {where} are too few nodes for {piece.cells} parts: ask for fewer")
-        best = min(choices, key=lambda choice: self._cost(piece, choice))
-        landed = self._landed(piece, best)
-        clear = landed if self._clearance(landed) == 0 else _aside(best, self._clearance(best))
-        matched = self._matched(piece, clear)
-        # Where a cut on the other side has been matched likewise, both would meet the one between at nearly one place.
-        return matched if self._clearance(matched) == 0 else clear
+        choices.sort(key=lambda choice: self._cost(piece, choice))
+        best, widest = choices[0], -1.0
+        for near in chain.from_iterable(self._beside_sides(piece, self._clear(piece, choice)) for choice in choices):
+            apart = self._sides.apart(np.array(_divided(piece.polygon, near)[2]))
+            if apart > widest:
+                best, widest = near, apart
+            if apart == np.inf:
+                break
+        return best
+
+    def _clear(self, piece: _Piece, choice: _Choice) -> _Choice:
+        """The cut moved to meet walls at bubbles, or else away from corners."""
+        landed = self._landed(piece, choice)
+        return landed if self._clearance(landed) == 0 else _aside(choice, self._clearance(choice))
+
+    def _beside_sides(self, piece: _Piece, choice: _Choice) -> Iterator[_Choice]:
+        """The cut, and cuts near to it that may meet periodic sides better, nearest first."""
+        yield choice
+        middle = np.mean(_divided(piece.polygon, choice)[2], axis=0)
+        d = float(self.spacing.extended(middle[None])[0])
+        for shift in ASIDES:
+            moved = _aside(choice, shift * d)
+            if not _divides(piece.polygon, moved):
+                continue
+            ends = np.array(_divided(piece.polygon, moved)[2])
+            for line in chain(self._sides.lines(ends), [ends] if shift else []):
+                near = _through(choice, line)
+                if _still_even(piece, near) and not self._slips(piece, near):
+                    yield near
 
     def _landed(self, piece: _Piece, choice: _Choice) -> _Choice:
         """The cut moved and turned a little, to meet walls and lines at bubbles that they have without it."""
@@ -202,25 +217,22 @@ class _Cutter:
         landed = choice._replace(at=as_point(landing.through[0]), angle=turned, through=landing.through)
         return landed if _still_even(piece, landed) else choice
 
-    def _matched(self, piece: _Piece, choice: _Choice) -> _Choice:
-        """The cut moved to the nearest counterpart of another one's end on a periodic side, if that is next to it.
-
-        There is a bubble, and one at the end of this cut would be too near to it.
-        """
-        copies = self._copies[shapely.contains_xy(shapely.Polygon(piece.polygon), self._copies)]
-        if len(copies) == 0:
-            return choice
-        off = _offset(copies, choice.at, choice.angle)
-        away = np.abs(off) / self.spacing.extended(copies)
-        nearest = away.argmin()
-        return _aside(choice, float(off[nearest])) if away[nearest] <= NEXT else choice
-
     def _clearance(self, choice: _Choice) -> float:
         """How far a cut has to move aside to pass no corner, but those on its way, so near that it might be a slip."""
         near = ASIDE * NEARLY * self._domain.size
         others = self._corners[~(self._corners[:, None] == choice.through).all(axis=2).any(axis=1)]
         off = _offset(others, choice.at, choice.angle)
         return next(k * near for k in range(len(off) + 2) if (np.abs(off - k * near) > near / 2).all())
+
+    def _slips(self, piece: _Piece, choice: _Choice) -> bool:
+        """Whether a cut passes corners, between its ends, so near that it might be a slip, and not through them."""
+        near = ASIDE * NEARLY * self._domain.size
+        start, end = np.array(_divided(piece.polygon, choice)[2])
+        length = float(np.hypot(*(end - start)))
+        along = (self._corners - start) @ (end - start) / length
+        off = np.abs(_offset(self._corners, choice.at, choice.angle))
+        beside = (along > -near) & (along < length + near)
+        return bool((beside & (off > TOUCHING * self._domain.size) & (off < near / 2)).any())
 
     def _cost(self, piece: _Piece, choice: _Choice) -> float:
         """Bubbles along a cut, and what its crossings and what is near it are worth."""
@@ -249,7 +261,7 @@ class _Cutter:
         share = side[:, :1] / (side[:, :1] - side[:, 1:])
         at = crossed[:, 0] + share * (crossed[:, 1] - crossed[:, 0])
         along = ((at - ends[0]) @ (ux, uy)) / (ux * ux + uy * uy)
-        within = (along > -TOUCHING) & (along < 1 + TOUCHING)
+        within = (along > -MEETING) & (along < 1 + MEETING)
         return _Met(across[within], at[within])
 
     def _near(self, ends: Floats) -> float:
@@ -265,6 +277,14 @@ def _aside(choice: _Choice, shift: float) -> _Choice:
     """The cut moved to the left."""
     x, y = choice.at
     return choice._replace(at=as_point((x - shift * np.sin(choice.angle), y + shift * np.cos(choice.angle))))
+
+
+def _through(choice: _Choice, line: Floats) -> _Choice:
+    """The cut along a line through two points (2, 2), in its own direction."""
+    x, y = line[1] - line[0]
+    angle = float(np.arctan2(y, x))
+    turned = angle + np.pi * round((choice.angle - angle) / np.pi)
+    return choice._replace(at=as_point(line[0]), angle=turned, through=np.zeros((0, 2)))
 
 
 def _choices(piece: _Piece) -> Iterator[_Choice]:

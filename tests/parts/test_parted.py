@@ -7,6 +7,7 @@ import pytest
 import shapely
 from invariants import check_mesh
 from part_cases import CASES, CHECKS, HOLES, PERIODIC, REGIONS, SHORE, SQUARE, case
+from partitions import MOONS
 from twins import needs_compiler
 
 from bubblemesh.case import load_case
@@ -18,6 +19,7 @@ from bubblemesh.parts.cuts import cut
 from bubblemesh.parts.division import divided
 from bubblemesh.parts.landings import Landings
 from bubblemesh.parts.parted import PER_PART, enough_parts
+from bubblemesh.parts.periodic_sides import PeriodicSides
 from bubblemesh.parts.work import Deadline, alone
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.packings import Clock
@@ -360,6 +362,39 @@ def test_cuts_on_both_sides_of_another_one_do_not_meet_it_at_nearly_the_same_pla
     x = division.boundary.corners
     apart = np.hypot(*(x[:, None] - x).transpose(2, 0, 1)) + np.eye(len(x))
     assert apart.min() > 1e-4
+
+
+GRAIN = "regions: [{name: grain, ring: {circle: {center: [0.8, 0.5], radius: 0.25}}}]"
+BORE = "holes: [{circle: {center: [0.29, 0.6], radius: 0.15}}]"
+
+
+@pytest.mark.parametrize(
+    ("width", "pairs", "inside", "size", "parts"),
+    [
+        (1.6, "[[l, r], [b, t]]", GRAIN, 0.034, 2),  # one cut, from a side to its counterpart, which lines turn
+        (1.6, "[[l, r], [b, t]]", GRAIN, 0.054, 2),
+        (0.72, "[[l, r]]", BORE, 0.04, 11),  # a cut in line with one behind others
+        (0.72, "[[l, r]]", BORE, 0.052, 11),
+    ],
+)
+def test_ends_of_cuts_on_periodic_sides_are_counterparts_of_each_other_or_well_apart(width, pairs, inside, size, parts):
+    sides = f"{{rectangle: [0, 0, {width}, 1], labels: [b, r, t, l]}}"
+    text = f"domain: {{outer: {sides}, periodic: {pairs}, {inside}}}\nspacing: {size}\n"
+    problem, _, division = division_of(text, parts)
+    on_side = (division.origin >= 0) & problem.domain.tied[division.origin]
+    assert division.boundary.lengths[on_side].min() > 0.9 * size
+
+
+def test_the_same_place_on_curved_periodic_sides_is_told_from_one_beside_it():
+    """Chords of the arcs are some 1e-5 away from these, where cuts meet them obliquely."""
+    problem = prepare(case(f"domain:\n  {MOONS.strip()}\n  periodic: [[left, right], [bottom, top]]\nspacing: 0.1\n"))
+    left = np.array([0.5 * np.cos(0.4), 0.5 + 0.5 * np.sin(0.4)])
+    tangent = np.array([-np.sin(0.4), np.cos(0.4)])
+    across = np.array([[-0.1, -0.03], [0.1, 0.03]])
+    sides = PeriodicSides.of(problem.domain, problem.packing_spacing).with_cut(left + across)
+    right = left + np.array([2, 0]) + np.array([[-0.1, 0.02], [0.1, -0.02]])
+    assert sides.apart(right) == np.inf
+    assert sides.apart(right + 0.01 * tangent) == pytest.approx(0.1, rel=0.02)
 
 
 def test_cuts_that_meet_periodic_sides_at_nearly_the_same_height_meet_them_at_the_same():
