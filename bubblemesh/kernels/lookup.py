@@ -30,7 +30,8 @@ class Cells(NamedTuple):
         """Numbers (m,) in Morton's order of the columns and rows of points (m, 2), at the rim for those outside."""
         at = np.empty(points.shape, np.int64)
         for axis in range(2):
-            at[:, axis] = np.clip((points[:, axis] - self.low[axis]) * (self.columns / self.size), 0, self.columns - 1)
+            place = (points[:, axis] - self.low[axis]) * (self.columns / self.size)
+            at[:, axis] = np.fmin(np.fmax(place, 0), self.columns - 1)  # what is no number is in the first one, too
         return interleaved(at)
 
     def points(self, column_row: Integers) -> Floats:

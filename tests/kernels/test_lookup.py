@@ -48,6 +48,14 @@ def test_both_engines_interpolate_to_the_last_bit(seed):
     assert np.isinf(found).any()
 
 
+def test_coordinates_that_are_no_numbers_are_in_the_first_column_and_row():
+    cells = grown(np.random.default_rng(0), 2).cells
+    points = np.array([[np.nan, 3.0], [0.0, np.nan], [np.nan, np.nan]])
+    with np.errstate(invalid="raise"):
+        found = cells.keys_of(points)
+    assert found.tolist() == cells.keys_of(np.where(np.isnan(points), cells.low, points)).tolist()
+
+
 def test_no_points_and_no_numbers():
     grid = grown(np.random.default_rng(0), 2)
     corners = grid.vertices.corners
