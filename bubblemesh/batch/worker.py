@@ -1,7 +1,6 @@
 """The part of a batch that runs in worker processes, here or on a cluster: it takes a job and returns an outcome."""
 
 import errno
-import re
 from collections.abc import Mapping
 from dataclasses import field, replace
 from hashlib import sha256
@@ -10,7 +9,7 @@ from bubblemesh import __version__
 from bubblemesh.batch.row import Row, figures_of
 from bubblemesh.case import Case
 from bubblemesh.errors import BubblemeshError, FileError, located
-from bubblemesh.files import local_copies, no_place, temporary_folder
+from bubblemesh.files import UnwrittenError, local_copies, no_place, temporary_folder
 from bubblemesh.problem.files import inputs_digest
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.process.resources import forget_peak_memory
@@ -21,7 +20,6 @@ from bubblemesh.workers.workers import Tell
 
 FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 APART = {"formats", "solver", "directory", "report"}  # keys of the output on which the contents of files do not depend
-CUT_SHORT = re.compile(r"\d+ requested and \d+ written")  # the error of NumPy's tofile, which has no errno
 
 
 @record
@@ -101,4 +99,6 @@ def _made(job: BatchJob, tell: Tell) -> Outcome:
 def is_full(error: BaseException) -> bool:
     """Whether an error, or the error of the system behind it, is about a full disk or an exhausted quota."""
     cause = error.__cause__ or error
-    return isinstance(cause, OSError) and (cause.errno in FULL or CUT_SHORT.search(str(cause)) is not None)
+    # Libraries that write arrays, as NumPy, tell no number.
+    unnumbered = isinstance(error, UnwrittenError) and isinstance(cause, OSError) and cause.errno is None
+    return unnumbered or (isinstance(cause, OSError) and cause.errno in FULL)

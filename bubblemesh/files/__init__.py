@@ -13,7 +13,15 @@ from bubblemesh.files.opening import (
     require_readable,
     sync,
 )
-from bubblemesh.files.reasons import MORE_FILES, TOO_MANY_FILES, no_place, reason, unreadable, unwritten
+from bubblemesh.files.reasons import (
+    MORE_FILES,
+    TOO_MANY_FILES,
+    UnwrittenError,
+    no_place,
+    reason,
+    unreadable,
+    unwritten,
+)
 from bubblemesh.files.temporary import OWNER, locked, temporary_folder
 
 __all__ = [
@@ -23,6 +31,7 @@ __all__ = [
     "MORE_FILES",
     "OWNER",
     "TOO_MANY_FILES",
+    "UnwrittenError",
     "beside",
     "bytes_of_name",
     "case_text",

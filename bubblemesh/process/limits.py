@@ -307,6 +307,8 @@ def _lacks_memory(error: BaseException) -> bool:
     return any(
         isinstance(one, MemoryError)
         or (isinstance(one, OSError) and one.errno == errno.ENOMEM)
-        or any(sign in str(one) for sign in ("bad_alloc", "Cannot allocate memory"))
+        # These two tell it by their texts alone.
+        or (isinstance(one, ImportError) and "Cannot allocate memory" in str(one))
+        or (type(one).__name__ == "GEOSException" and "bad_alloc" in str(one))
         for one in (error, error.__cause__)
     )

@@ -31,6 +31,7 @@ from bubblemesh.batch.summary import Lines
 from bubblemesh.batch.worker import is_full
 from bubblemesh.cli import app
 from bubblemesh.errors import FileError
+from bubblemesh.files import UnwrittenError
 from bubblemesh.workers.workers import WorkerDied
 
 
@@ -38,7 +39,6 @@ from bubblemesh.workers.workers import WorkerDied
     ("error", "expected"),
     [
         (OSError(errno.ENOSPC, "No space left on device"), True),
-        (OSError("1000 requested and 12 written"), True),  # NumPy's
         (OSError(errno.EIO, "Input/output error"), False),
         (OSError("cannot identify image file"), False),
         (ValueError("no space"), False),
@@ -49,6 +49,13 @@ def test_a_full_disk_is_known_by_the_error_or_the_one_behind_it(error, expected)
     told = FileError("cannot write a.msh")
     told.__cause__ = error
     assert is_full(told) == expected
+
+
+@pytest.mark.parametrize(("kind", "expected"), [(UnwrittenError, True), (FileError, False)])
+def test_a_file_that_could_not_be_written_without_a_reason_tells_of_a_full_disk(kind, expected):
+    error = kind("cannot write a.msh")
+    error.__cause__ = OSError("1000 requested and 12 written")  # NumPy's
+    assert is_full(error) == expected
 
 
 @pytest.mark.parametrize("cut", [0, 5])
