@@ -22,8 +22,8 @@ PATIENCE = 5.0  # seconds that the scheduler has for its first answer
 SILENCE = 30.0  # seconds that it has later, when there may be much else to do
 REFRESH = 5.0  # seconds after which the number of workers is asked for again
 SOON = 1.0  # the same while there are no workers
-# Asked of each worker before it gets a case. The question uses nothing of the package: a worker that cannot unpickle
-# what it gets dies, and so would, one after the other, all workers that get the same case.
+# Asked of each worker before it gets a job. The question uses nothing of the package: a worker that cannot unpickle
+# what it gets dies, and so would, one after the other, all workers that get the same job.
 VERSION = "__import__('bubblemesh.batch.worker').__version__"
 
 
@@ -58,7 +58,7 @@ class ClusterWorkers(Workers):
         topic = f"bubblemesh-{uuid4()}"
         self.tell = partial(tell_client, topic)
         self.lost = (
-            f"--cluster {address}: the scheduler is out of reach: start it, and run the batch again with --resume"
+            f"--cluster {address}: the scheduler is out of reach: start it, and give the command again with --resume"
         )
         self._gone = (ClosedClientError, OSError, CancelledError)
         self._address, self._client, self._executor = address, client, executor
@@ -205,7 +205,7 @@ def _problem(address: str, question: Future[str]) -> str:
         found = f"has bubblemesh {question.result()}"
     else:
         return ""
-    return f"the worker at {address} {found}, the batch has {__version__}: it is left out: install the same for both"
+    return f"the worker at {address} {found}, this process has {__version__}: it is left out: install the same for both"
 
 
 def tell_client(topic: str, note: Note) -> None:

@@ -153,7 +153,7 @@ class LocalWorkers(Workers):
         """Start a process, in place of one that has died."""
         with self._lock:
             if self._stopped:
-                raise WorkerDied(INTERRUPTED, "the batch has been stopped")
+                raise WorkerDied(INTERRUPTED, "the workers have been stopped")
             try:
                 process = WorkerProcess(self._staging)
             except OSError as error:
@@ -258,5 +258,5 @@ def _listen(stream: IO[bytes], calls: "SimpleQueue[bytes]", staging: str) -> Non
 
 
 def tell_parent(note: Note) -> None:
-    """Send a note to the process that runs the batch."""
+    """Send a note to the process that has started this one."""
     _send(to_parent[0], ("note", note))

@@ -232,7 +232,7 @@ UNFIT = {
 }
 FOUND = {
     "without": "cannot load bubblemesh (ModuleNotFoundError: ",
-    "another version": "has bubblemesh 0.0.9, the batch has ",
+    "another version": "has bubblemesh 0.0.9, this process has ",
     "without a library": "cannot load bubblemesh (ModuleNotFoundError: ",
 }
 
@@ -359,7 +359,7 @@ def test_a_scheduler_that_goes_away_ends_the_batch_with_whole_rows(here, tmp_pat
     finally:
         own.close()
     assert process.returncode == 5, message
-    assert "the scheduler is out of reach: start it, and run the batch again with --resume" in message
+    assert "the scheduler is out of reach: start it, and give the command again with --resume" in message
     assert "Traceback" not in message
     done = len(lines_of(here / "out/summary.jsonl"))
     assert 1 <= done < 8
