@@ -12,6 +12,7 @@ from time import perf_counter, process_time
 
 import numpy as np
 import pytest
+import shapely
 from commands import command
 
 from bubblemesh.api import adapt
@@ -241,6 +242,15 @@ def test_every_stage_of_a_run_is_watched(stage, strict, tmp_path, monkeypatch):
     assert outcome.row.error.startswith("case.yaml: limits.seconds: the time limit of 1.5 s was over")
 
 
+def test_the_estimate_beside_a_picture_is_watched(strict, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.yaml").write_text(SQUARE)
+    monkeypatch.setattr("bubblemesh.cli.cases.draw_preview", lambda problem, picture: settle())  # as a file's end does
+    monkeypatch.setattr("bubblemesh.run.estimate.estimate", partial(spin, seconds=5.0))
+    code, _, message = command("check", "case.yaml", "--plot", "a.png", "--time-limit", "0.3")
+    assert (code, "the time limit of 0.3 s was over" in message) == (6, True)
+
+
 def test_reading_a_solution_is_watched(strict, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.yaml").write_text(SQUARE + "limits: {seconds: 1.5}\n")
@@ -291,6 +301,23 @@ def test_too_much_memory_is_an_error_with_the_limit(need):
     assert caught.value.exit_code == 6
     assert mapped_limit() == before
     assert np.ones(10**8, bool).all()
+
+
+@needs_memory_limit
+@pytest.mark.parametrize(
+    ("error", "about_memory"),
+    [
+        (shapely.errors.GEOSException("std::bad_alloc"), True),
+        (ImportError("libblas.so: Cannot allocate memory"), True),
+        (FileError("bad_alloc.yaml: there is no such file"), False),
+    ],
+)
+def test_errors_that_tell_of_memory_are_known_by_their_kind(error, about_memory):
+    def failing():
+        raise error
+
+    with pytest.raises(LimitError if about_memory else type(error)):
+        in_time(failing, None, megabytes_held() + 200)
 
 
 def megabytes_held():

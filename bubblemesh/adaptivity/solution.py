@@ -75,16 +75,17 @@ class Solution:
         return cls(points, np.where(areas[:, None] < 0, triangles[:, ::-1], triangles), values, name)
 
 
-def read_solution(path: Path, field: str | None) -> tuple[Solution, list[str]]:
+def read_solution(path: Path, field: str | None, chosen_by: str = "field") -> tuple[Solution, list[str]]:
     """Solution in a file, by the name of its data if there is more, with notes on what was chosen.
 
-    Errors, which have the file, are those of `read_nodal_field` and of `Solution.of`.
+    Users give the name by ``chosen_by``. Errors, which have the file, are those of `read_nodal_field` and of
+    `Solution.of`.
     """
     # Imported here since few programs read a solution.
     from bubblemesh.meshfiles.fields import read_nodal_field
 
     enter("estimate")
-    read = read_nodal_field(path, field)
+    read = read_nodal_field(path, field, chosen_by)
     with prefixed(path):
         found = Solution.of(read.points, read.triangles, read.values, read.name)
     return found, [f"{path}: {note}" for note in read.notes]

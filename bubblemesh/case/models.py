@@ -115,7 +115,10 @@ class Output(Strict):
         if not solvers or any(solver not in FORMATS_FOR for solver in solvers):
             return data
         formats = formats_for(solvers)
-        if "formats" in data and tuple(data["formats"] or ()) != formats:
+        given = data.get("formats", formats)
+        if not isinstance(given, list | tuple | str | None):
+            return data  # the key's own check refuses it
+        if tuple(given or ()) != formats:
             raise PydanticCustomError("excluding", "formats and for exclude each other: give one of the two")
         return data | {"formats": formats}
 

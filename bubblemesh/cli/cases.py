@@ -129,7 +129,7 @@ def adapt(
     place = destination_of(loaded, case, options, as_json, solution)
 
     def adapted() -> None:
-        present, notes = read_solution(solution, field)
+        present, notes = read_solution(solution, field, target.called("field"))
         console.warn(notes)
         told = with_formats(loaded, options)
         deliver(partial(adapting.adapted, told, present, target, exact), loaded, case, place, as_json, quiet)
@@ -340,9 +340,10 @@ def tell_estimate(case: "Case", source: str, picture: Path | None, as_json: bool
     def estimated() -> dict[str, Any]:
         with located(source, case.origin):
             problem = prepare(case)
+        estimates = estimate(problem, complete=as_json)
         if picture is not None:
-            draw_preview(problem, picture)
-        return estimate(problem, complete=as_json)
+            draw_preview(problem, picture)  # last: while files get their names no time limit holds
+        return estimates
 
     figures = case.within_limits(estimated, f"{source}: ")
     if as_json:

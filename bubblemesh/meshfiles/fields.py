@@ -78,7 +78,7 @@ class NodalField(NamedTuple):
     notes: tuple[str, ...]  # what was chosen of the file
 
 
-def read_nodal_field(path: Path, name: str | None, chosen_by: str = "--field") -> NodalField:
+def read_nodal_field(path: Path, name: str | None, chosen_by: str = "field") -> NodalField:
     """Read the data ``name`` at the nodes of a mesh file of triangles, or its only data.
 
     Nodes that the file has once for each cell become one if their values agree. Quadrilaterals become two triangles;

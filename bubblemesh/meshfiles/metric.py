@@ -20,7 +20,7 @@ TENSORS_TOLD = (*MMG, ".sol", ".pos")  # endings of files whose formats have a k
 UNEQUAL = 1e-6  # relative difference of m12 and m21 that is more than rounding of short numbers
 
 
-def read_metric(path: Path, name: str | None, chosen_by: str = "--field") -> NodalField:
+def read_metric(path: Path, name: str | None, chosen_by: str) -> NodalField:
     """Read a metric in a mesh file of triangles, with positive tensors (n, 3) as its values.
 
     It is the data ``name`` at the nodes, or the only data there. If no data at the nodes has as many numbers as a

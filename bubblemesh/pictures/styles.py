@@ -95,6 +95,9 @@ class PlotOptions:
 
     def check(self) -> None:
         """Check the values; PlotOptionError for one that no picture can have."""
+        for name in ("color", "colormap", "title", "style"):
+            if not isinstance(getattr(self, name), str | None):
+                raise PlotOptionError(name, f"must be a text (found {getattr(self, name)!r})")
         if self.color == "":
             raise PlotOptionError("color", f"must not be empty: give {', '.join(QUANTITIES)}, or a field of the mesh")
         if self.style not in STYLES:

@@ -4,7 +4,10 @@ import meshio
 import numpy as np
 import pytest
 
-from bubblemesh.adaptivity.solution import Solution
+from bubblemesh.adaptivity.adapt import Target
+from bubblemesh.adaptivity.solution import Solution, read_solution
+from bubblemesh.api import adapt
+from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.fields import AVERAGE, HIGHER_ORDER, read_nodal_field
@@ -38,7 +41,7 @@ def test_the_only_data_needs_no_name(tmp_path):
     ("name", "message"),
     [
         ("v", "has no data 'v' at its nodes: it has u, flow, count"),
-        (None, "has data of 3 names at its nodes (u, flow, count): choose one by --field"),
+        (None, "has data of 3 names at its nodes (u, flow, count): choose one by field"),
         ("c", f"c is data of the cells (at the nodes: u, flow, count): {AVERAGE}"),
     ],
 )
@@ -47,6 +50,15 @@ def test_names_that_are_not_there_tell_the_known_ones(tmp_path, name, message):
     with pytest.raises(CaseError) as caught:
         read_nodal_field(path, name)
     assert str(caught.value) == f"{path}: {message}"
+
+
+def test_the_argument_that_chooses_is_told_as_it_is_called(tmp_path):
+    path = written(tmp_path / "a.vtu")
+    case = Case(domain={"outer": {"rectangle": [0, 0, 1, 1]}}, spacing=0.5)
+    with pytest.raises(CaseError, match=r"choose one by field$"):
+        adapt(case, path)
+    with pytest.raises(CaseError, match=r"choose one by --field$"):
+        read_solution(path, None, Target(mark="--").called("field"))
 
 
 def test_data_of_cells_alone_is_told_with_what_to_do(tmp_path):

@@ -87,6 +87,12 @@ def test_the_case_keeps_the_solvers_as_it_names_them():
         load_case("a.yaml", text=CASE + "output: {for: [su2], formats: [msh]}")
 
 
+@pytest.mark.parametrize("given", ["5", "true"])
+def test_formats_of_a_wrong_kind_are_told_beside_a_solver_too(given):
+    with pytest.raises(CaseError, match=r"^a\.yaml:.*formats: must be a list"):
+        load_case("a.yaml", text=CASE + f"output: {{for: su2, formats: {given}}}")
+
+
 @pytest.mark.usefixtures("folder")
 def test_a_solver_with_a_slip_is_told_what_is_meant():
     code, _, told = command("run", "square.yaml", "--for", "fenics")

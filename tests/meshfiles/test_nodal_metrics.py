@@ -161,7 +161,7 @@ def test_what_is_no_metric_at_the_nodes_is_told(folder, tmp_path):
 
 
 def test_a_case_reads_the_metric_of_the_triangles_of_a_run(folder):
-    found = read_metric(folder / "a.vtu", None)
+    found = read_metric(folder / "a.vtu", None, "name")
     requested = prepare(metric_case(FRONT)).spacing.at(found.points)
     inside = (np.abs(found.points - 0.5) < 0.45).all(axis=1)
     apart = np.abs(logarithm(found.values[inside]) - logarithm(requested[inside]))
@@ -172,4 +172,4 @@ def test_a_case_reads_the_metric_of_the_triangles_of_a_run(folder):
     result = mesh_case(load_case(folder / "again.yaml"))
     assert len(result.mesh.points) == pytest.approx(len(found.points), rel=0.05)
     with pytest.raises(CaseError, match="has no data at its nodes"):
-        read_metric(folder / "plain.vtu", None)
+        read_metric(folder / "plain.vtu", None, "name")

@@ -314,6 +314,8 @@ def test_a_view_shows_its_part_of_the_mesh_only(mesh):
         ({"colormap": "virdis"}, "unknown colour map 'virdis'; did you mean 'viridis'"),
         ({"colormap": "nothere"}, r"unknown colour map 'nothere'; known: quality, \w+, .* and \d+ more$"),
         ({"style": "papr"}, "did you mean 'paper'"),
+        ({"color": 3}, r"color: must be a text \(found 3\)"),
+        ({"colormap": 3}, r"colormap: must be a text \(found 3\)"),
         ({"view": (9, 9, 10, 10)}, r"no triangle is there: the mesh covers \[0.333333, 3.33333\] x \[-3.14159, "),
         ({"view": (1, 0, 0, 1)}, "x0 < x1"),
         ({"view": (0, 0, np.inf, 1)}, "x0 < x1"),
