@@ -39,6 +39,15 @@ class Solution:
     values: Floats
     name: str = "u"
 
+    def __post_init__(self) -> None:
+        points, triangles, values = found = [np.shape(array) for array in (self.points, self.triangles, self.values)]
+        if found != [(*points[:1], 2), (*triangles[:1], 3), (*points[:1], *values[-1:])]:
+            told = ", ".join(map(str, found))
+            raise CaseError(
+                "Solution: points, triangles and values must have the shapes (n, 2), (t, 3) and (n, k): make it by "
+                f"Solution.of (found {told})"
+            )
+
     @property
     def unit(self) -> float:
         """Power of two near the largest value, in terms of which squares are neither huge nor tiny."""

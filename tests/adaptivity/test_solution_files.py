@@ -119,6 +119,14 @@ def test_clockwise_triangles_are_turned_and_complex_values_have_two_parts():
     np.testing.assert_array_equal(found.values, np.column_stack([np.arange(4), np.full(4, 2)]))
 
 
+@pytest.mark.parametrize("values", [np.zeros(4), np.zeros((3, 1)), np.float64(1)])
+def test_a_solution_of_unfitting_shapes_tells_who_makes_one(values):
+    with pytest.raises(
+        CaseError, match=r"must have the shapes \(n, 2\), \(t, 3\) and \(n, k\): make it by Solution\.of"
+    ):
+        Solution(POINTS[:4, :2], TRIANGLES, values)
+
+
 NAN = np.array([0, 1, np.nan, 3])
 
 
