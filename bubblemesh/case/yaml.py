@@ -12,7 +12,7 @@ import yaml
 
 from bubblemesh.case.number_lists import MARK, NumberList, cut_out
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.files import case_text, opened
+from bubblemesh.files import CASE_FILE, case_text, opened
 from bubblemesh.records import record
 
 KeyPath = Sequence[str | int]
@@ -101,7 +101,7 @@ def _place(places: "dict[str, Place] | Sequence[Place] | _LatePlaces", part: str
 def read_text(path: Path) -> str:
     """Text of a case file; FileError if it cannot be read, CaseError if it is not UTF-8, both with its name."""
     with prefixed(path):
-        stream = opened(path, "case file")
+        stream = opened(path, CASE_FILE)
     with stream:
         return case_text(stream, str(path))
 

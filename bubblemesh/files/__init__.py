@@ -4,6 +4,7 @@ from bubblemesh.files.confinement import confined_to, is_confined
 from bubblemesh.files.copies import has_copies, local_copies, local_copy
 from bubblemesh.files.names import FORBIDDEN, LONGEST_FILE_NAME, LONGEST_NAME, bytes_of_name, is_writable, require_name
 from bubblemesh.files.opening import (
+    CASE_FILE,
     beside,
     case_text,
     content_of,
@@ -25,6 +26,7 @@ from bubblemesh.files.reasons import (
 from bubblemesh.files.temporary import OWNER, locked, temporary_folder
 
 __all__ = [
+    "CASE_FILE",
     "FORBIDDEN",
     "LONGEST_FILE_NAME",
     "LONGEST_NAME",

@@ -16,7 +16,8 @@ from bubblemesh.files.reasons import unreadable
 
 MOST_BYTES = 500_000_000  # of a case, and of a file with geometry or data
 BLOCK = 1_000_000  # bytes that are read at once
-NO_FILE = "a pipe or a device: write what it gives to a file first, or pipe a case in by bubblemesh run -"
+CASE_FILE = "case file"
+NO_FILE = "a pipe or a device: write what it gives to a file first"
 READ = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_BINARY"))  # as systems have it
 
 
@@ -58,9 +59,14 @@ def opened(path: Path, what: str = "file", *, limited: bool = True) -> BufferedR
 def _require_regular(status: os.stat_result, what: str, limited: bool) -> None:
     if not stat.S_ISREG(status.st_mode):
         is_folder = stat.S_ISDIR(status.st_mode)
-        raise unreadable("it is a folder" if is_folder else f"it is no regular file, but {NO_FILE}", what)
+        raise unreadable("it is a folder" if is_folder else f"it is no regular file, but {_no_file(what)}", what)
     if limited and status.st_size > MOST_BYTES:
         raise _too_large(what, f"{status.st_size / 1e6:,.0f} MB, ")
+
+
+def _no_file(what: str) -> str:
+    """What a pipe or a device is, and what to do."""
+    return f"{NO_FILE}, or pipe the case in by bubblemesh run -" if what == CASE_FILE else NO_FILE
 
 
 def _too_large(what: str, size: str = "") -> LimitError:
@@ -86,7 +92,7 @@ def content_of(stream: BinaryIO, what: str = "file") -> bytes:
     except OSError as error:
         raise unreadable(error, what) from None
     if block is None:  # no bytes yet, as for some files of the system
-        raise unreadable(f"it is {NO_FILE}", what)
+        raise unreadable(f"it is {_no_file(what)}", what)
     return content.getvalue()
 
 
@@ -98,7 +104,7 @@ def read_text(path: Path) -> str:
 def case_text(stream: BinaryIO, source: str) -> str:
     """Text of a case; CaseError, which names its ``source``, if it is not UTF-8; the same errors as `content_of`."""
     with prefixed(source):
-        content = content_of(stream, "case file")
+        content = content_of(stream, CASE_FILE)
     return _decoded(content, f"{source}:")
 
 

@@ -123,6 +123,7 @@ def test_a_pipe_or_a_device_is_no_case_file(here):
         code, _, message = command(*arguments)
         assert code == 5
         assert f"pipe: the file cannot be read: {NO_FILE}" in message
+        assert "bubblemesh run -" not in message
 
 
 @pytest.mark.parametrize(
