@@ -1,6 +1,6 @@
 """A domain packed in parts: cut, packed part by part, joined, and packed once more along the seams."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from math import sqrt
 
@@ -19,7 +19,7 @@ from bubblemesh.parts.part import Core, Margin
 from bubblemesh.parts.patches import Patch, joined, patch
 from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, settled
 from bubblemesh.parts.store import Store
-from bubblemesh.parts.work import Job, Terms
+from bubblemesh.parts.work import Deadline, Job, Terms
 from bubblemesh.parts.workshop import Workshop
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
@@ -83,16 +83,25 @@ def enough_parts(expected_nodes: float) -> int:
     return next((each * round(parts / each) for each in EVEN if parts >= 0.75 * each), 1)
 
 
-def packed_in_parts(domain: Domain, expected_nodes: float, parts: int, terms: Terms, workshop: Workshop) -> Parted:
+def packed_in_parts(
+    domain: Domain,
+    expected_nodes: float,
+    parts: int,
+    terms: Terms,
+    workshop: Workshop,
+    deadline: Callable[[], Deadline],
+) -> Parted:
     """Pack a domain in so many parts.
 
     Bubbles on the cuts are set beforehand and stay, so that the parts know nothing of each other. In the end strips
     along the cuts are packed once more with these bubbles free: first between the ends of cuts, then around the ends.
-    The bands of the parts, in which these strips are, are all that is held here.
+    The bands of the parts, in which these strips are, are all that is held here. The deadline is asked for once the
+    domain is cut, by which it shows how much of the processor there is.
     """
     workshop.crew(packed_part, ())  # no jobs yet: its workers start while the domain is cut
     cuts = cut(domain, terms.spacing, expected_nodes, parts)
     division = divided(domain, cuts, terms.spacing)
+    terms = replace(terms, deadline=deadline())
     places, margins = _packed_parts(division, cuts, expected_nodes, terms, workshop)
     net, along, ends, numbers = joined(division, list(_patches(division, places, margins)), terms.spacing)
     rim = np.concatenate([number[margin.band.rim] for number, margin in zip(numbers, margins, strict=True)])

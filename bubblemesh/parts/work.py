@@ -140,7 +140,7 @@ class Terms:
     target: Spacing | None  # that figures and fields of the triangles compare with, if they are made by parts
     method: Method
     max_nodes: int
-    deadline: Deadline
+    deadline: Deadline = Deadline(np.inf)
 
     def for_part(self, share: float) -> "Terms":
         """The terms for a part with a share of the work: it takes as long for each bubble as in one piece."""

@@ -8,12 +8,27 @@ import sys
 from contextlib import suppress
 from math import ceil
 from pathlib import Path
+from time import perf_counter, thread_time
 
 QUOTA = Path("/sys/fs/cgroup/cpu.max")  # of a container: microseconds of computing in a period, and the period
 
 # Objects after which Python looks for garbage: after 700, it would do so hundreds of times while it loads and reads
 # files. A packing leaves no large arrays in cycles behind, so that this takes no more memory.
 MANY_OBJECTS = 300_000
+
+
+LEAST_WORK = 0.05  # seconds that tell how much of the processor a thread gets
+
+
+class WorkClock:
+    """Times of a thread since the clock was made: how much of the processor it gets beside other programs."""
+
+    def __init__(self) -> None:
+        self._begun, self._worked = perf_counter(), thread_time()
+
+    def slowness(self) -> float:
+        """How many times as long work takes as it would alone, at least 1."""
+        return max((perf_counter() - self._begun) / max(thread_time() - self._worked, LEAST_WORK), 1.0)
 
 
 def seldom_look_for_garbage() -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from time import perf_counter, thread_time
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 from bubblemesh.arrays import Floats
@@ -15,6 +15,7 @@ from bubblemesh.parts.store import Keeping
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record, Terms
 from bubblemesh.problem.problem import Problem
 from bubblemesh.process.limits import enter, time_left, timed
+from bubblemesh.process.resources import WorkClock
 from bubblemesh.records import record
 from bubblemesh.run.report import PartsRow, RoundRow
 from bubblemesh.spacing.grid.table import tabulated
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 # Seconds for each node, with room for slow computers: to refine a coarse packing to the end, to measure and write it.
 FINISHING = 2e-5
-LEAST_WORK = 0.05  # seconds that tell how much of the processor a run gets
 
 OnRound = Callable[[RoundRow], None]
 OnShare = Callable[[float], None]
@@ -127,15 +127,13 @@ def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, kee
 def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> PackedProblem:
     """Place bubbles and run the rounds of the method."""
     task, domain, method, seconds = problem.task, problem.packed_domain, problem.method, dict(problem.seconds)
-    begun, worked = perf_counter(), thread_time()
+    work = WorkClock()
     with timed(seconds, "placement"):
         table = tabulated(domain, problem.packing_spacing)
         levels, start = method.started(domain, table, problem.packed_nodes, task.max_nodes)
         first = Figures.of(start, connect(start, domain).triangles, levels[0])
     rows, speeds = list[RoundRow](), list[Floats]()
-    # Where other programs take the processor, what follows takes longer as well.
-    shared = max((perf_counter() - begun) / max(thread_time() - worked, LEAST_WORK), 1.0)
-    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * shared, on_share)
+    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * work.slowness(), on_share)
     with timed(seconds, "packing"):
         last_end = perf_counter()
         last: Round | None = None
@@ -163,7 +161,7 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
         with at_key("parts"):
             raise CaseError(f"about {problem.packed_nodes:.0f} nodes are too few for {parts} parts: ask for fewer")
     task, seconds, stay = problem.task, dict(problem.seconds), keeping.in_slices and not problem.needs_all_at_once
-    rows, records = list[RoundRow](), list[Record]()
+    rows, records, work = list[RoundRow](), list[Record](), WorkClock()
 
     def on_done(record: Record) -> None:
         records.append(record)
@@ -178,11 +176,15 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
         target=problem.spacing if stay else None,
         method=replace(method, placement=placement),
         max_nodes=task.max_nodes,
-        deadline=Deadline.within(time_left() - clock.reserve),
     )
+
+    def deadline() -> Deadline:
+        clock.reserve *= work.slowness()
+        return Deadline.within(time_left() - clock.reserve)
+
     workshop = Workshop(crew, keeping.store(scale_of(problem)), on_done, clock.tell)
     with timed(seconds, "packing"):
-        parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, terms, workshop)
+        parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, terms, workshop, deadline)
         packed = parted if stay else parted.whole(problem.packing_spacing)
     clock.over = any(record.late for record in records)
     why = clock.reason if clock.over else "all parts and the seams between are packed"

@@ -22,6 +22,7 @@ from bubblemesh.parts.parted import PER_PART, enough_parts
 from bubblemesh.parts.periodic_sides import PeriodicSides
 from bubblemesh.parts.work import Deadline, alone
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.process.resources import WorkClock
 from bubblemesh.run.packings import Clock
 from bubblemesh.run.pipeline import mesh_case
 
@@ -257,6 +258,13 @@ def test_a_late_packing_ends_with_a_valid_mesh(monkeypatch):
     check_mesh(result.mesh)
     assert not result.report["finished"]
     assert "time limit" in str(result.verdict)
+
+
+@pytest.mark.parametrize(("slowness", "finished"), [(1.0, True), (1e6, False)])
+def test_parts_leave_more_time_for_the_rest_where_other_programs_take_the_processor(slowness, finished, monkeypatch):
+    monkeypatch.setattr(WorkClock, "slowness", lambda self: slowness)
+    result = mesh_case(case(HOLES + "limits: {seconds: 1000}\n", 3))
+    assert result.report["finished"] == finished
 
 
 def test_bubbles_that_slide_along_walls_have_no_cuts():
