@@ -40,12 +40,12 @@ def _as_list(value: Any) -> Any:
 
 RegionEntry = Annotated[
     Annotated[RegionKeys, Tag("<ring>")] | Annotated[RegionFile, Tag("<file>")],
-    Discriminator(lambda value: "<file>" if _has(value, "file") else "<ring>"),
+    Discriminator(lambda value: "<file>" if _has_file(value) else "<ring>"),
 ]
 
 
-def _has(value: Any, key: str) -> bool:
-    return key in (
+def _has_file(value: Any) -> bool:
+    return "file" in (
         type(value).model_fields if isinstance(value, BaseModel) else value if isinstance(value, dict) else ()
     )
 
@@ -105,7 +105,7 @@ def _of_regions(value: Any) -> bool:
     if not isinstance(value, dict) or any(key in value for key in DOMAINS.keys):
         return False
     regions = _as_list(value.get("regions"))
-    return isinstance(regions, list | tuple) and any(_has(entry, "file") for entry in regions)
+    return isinstance(regions, list | tuple) and any(_has_file(entry) for entry in regions)
 
 
 DomainKeys = Annotated[

@@ -74,10 +74,10 @@ def _too_large(what: str, size: str = "") -> LimitError:
     return LimitError(f"the {what} has {size}more than the {MOST_BYTES / 1e6:,.0f} MB that are read: {advice}")
 
 
-def read_bytes(path: Path, what: str = "file") -> bytes:
+def read_bytes(path: Path) -> bytes:
     """All bytes of a file; the same errors as `opened` and `content_of`."""
-    with opened(path, what) as stream:
-        return content_of(stream, what)
+    with opened(path) as stream:
+        return content_of(stream)
 
 
 def content_of(stream: BinaryIO, what: str = "file") -> bytes:

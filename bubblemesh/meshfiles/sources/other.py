@@ -35,15 +35,15 @@ def read_med(path: Path) -> Source:
     return read_other(path)
 
 
-def read_other(path: Path, form: str | None = None) -> Source:
-    """Mesh as read by meshio, by the file's ending or in a format by its name; FileError with meshio's reason."""
+def read_other(path: Path) -> Source:
+    """Mesh as read by meshio, by the file's ending; FileError with meshio's reason."""
     import meshio
 
     chatter = io.StringIO()
     streams = contextlib.redirect_stdout(chatter), contextlib.redirect_stderr(chatter)
     try:
         with bounded_reading(), streams[0], streams[1]:  # the standard streams belong to all threads, too
-            mesh: Any = meshio.read(path, file_format=form)
+            mesh: Any = meshio.read(path)
     except SystemExit:  # raised by meshio if all readers for the ending fail; it prints their reasons
         raise FileError(f"is no mesh that can be read ({_reason(chatter.getvalue(), path)})") from None
     return Source.of(mesh)

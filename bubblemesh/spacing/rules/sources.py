@@ -131,14 +131,12 @@ def short_pieces(domain: Domain, spacing: Spacing, hidden: Floats | None = None)
     return Sources(ends[short].reshape(-1, 2), sizes, rim=rim.astype(bool))
 
 
-def coarse_curves(
-    domain: Domain, spacing: Spacing, widest_turn: float = WIDEST_TURN, hidden: Floats | None = None
-) -> Sources:
-    """Sources on curves that turn by more than ``widest_turn`` over the length of one spacing.
+def coarse_curves(domain: Domain, spacing: Spacing, hidden: Floats | None = None) -> Sources:
+    """Sources on curves that turn by more than `WIDEST_TURN` over the length of one spacing.
 
     Those that are ``hidden``, as of `short_pieces`, are none.
     """
-    tight = _tight(domain, spacing, widest_turn)
+    tight = _tight(domain, spacing, WIDEST_TURN)
     if hidden is not None:
         seen = domain.boundary.lengths[tight.piece] > hidden[tight.piece]
         tight = tight.select(seen)
