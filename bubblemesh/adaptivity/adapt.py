@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from bubblemesh.adaptivity.estimate import Estimate, estimated, split_nodes, true_error
+from bubblemesh.adaptivity.estimate import Estimate, estimated, true_error
 from bubblemesh.adaptivity.metric import best_metric, intersected_across_sides, scaled_for
 from bubblemesh.adaptivity.sizes import (
     equivalent_sizes,
@@ -183,7 +183,8 @@ def _next_in_metric(
     """
     if case.method not in (MULTILEVEL, IN_METRIC):
         raise CaseError(f"method: {case.method} packs no metric: leave method out with --anisotropic")
-    terms, points, triangles = case.spacing_terms, solution.points, solution.triangles
+    terms, points = case.spacing_terms, solution.points
+    mesh = points, solution.triangles
     nodes, told = float(target.nodes or terms.nodes or len(points)), list[str]()
     if target.error is not None:
         times = (estimate.relative / target.error) ** 2
@@ -197,10 +198,7 @@ def _next_in_metric(
         told.append("spacing.courant: does not hold for ellipses: give spacing.minimum")
     coarsest = terms.maximum or max(COARSEST * domain.size, terms.minimum or 0.0)
     sizes = terms.minimum or min(FINEST * domain.size, coarsest), coarsest
-    part = _parts(domain, solution)
-    mesh = (points, triangles) if part is None else split_nodes(points, triangles, part)
-    values = solution.values if part is None else _split_values(solution, mesh[1])
-    best = best_metric(*mesh, values / solution.unit)
+    best = best_metric(*mesh, solution.values / solution.unit, _parts(domain, solution))
     case = case.model_copy(update={"method": IN_METRIC})
     coarse, aim = Spacing(partial(_everywhere, sizes[1])), nodes
     task, held = task_of(case, domain), _held(case, domain, lambda scale: coarse, solution)
@@ -270,13 +268,6 @@ def _key(target: Target, terms: SpacingTerms) -> Key:
 def _everywhere(size: float, x: Floats, y: Floats) -> Floats:
     """A constant size at all places."""
     return np.full(np.shape(x), size)
-
-
-def _split_values(solution: Solution, split: Integers) -> Floats:
-    """Values (m, k) of a solution at the points of a mesh that is split into triangles (t, 3) of several parts."""
-    values = np.empty((int(split.max()) + 1, solution.values.shape[1]))
-    values[split] = solution.values[solution.triangles]
-    return values
 
 
 def _parts(domain: Domain, solution: Solution) -> Integers | None:

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from bubblemesh.adaptivity.estimate import gradients, recovered_gradients
+from bubblemesh.adaptivity.estimate import gradients, recovered_gradients, split_nodes
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, intersections, symmetric
+from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, intersected_at, intersections, symmetric
 from bubblemesh.spacing.metric.field import TensorField
 
 FLATTEST = 1e-6  # least second derivative in terms of the largest one in the domain
@@ -29,18 +29,27 @@ def hessians(points: Floats, triangles: Integers, values: Floats) -> Floats:
     return np.stack([by_x[..., 0], (by_x[..., 1] + by_y[..., 0]) / 2, by_y[..., 1]], axis=-1)
 
 
-def best_metric(points: Floats, triangles: Integers, values: Floats) -> Floats:
+def best_metric(points: Floats, triangles: Integers, values: Floats, part: Integers | None = None) -> Floats:
     """Tensors (n, 3), but for a common factor, of the metric for k components with values (n, k) at the points (n, 2).
 
     With |H| the Hessian with its eigenvalues made positive it is det(|H|)^(-1/6) |H|, which makes the interpolation
     error in L2 least for any number of nodes. Of several components |H| is (sum of H^2)^(1/2), as their errors add in
     squares. Second derivatives that are rounding of the values, or a millionth of the largest ones, ask for nothing.
+    Gradients may jump where the material ``part`` (t,) of the triangles changes: each side has its own Hessian there,
+    and a point the intersection of the metrics of its sides.
 
     References
     ----------
     A. Loseille, F. Alauzet, "Continuous mesh framework. Part II: Validations and applications", SIAM J. Numer. Anal. 49
     (2011).
     """
+    if part is not None:
+        split, corners = split_nodes(points, triangles, part)
+        origin = np.empty(len(split), np.int64)
+        origin[corners] = triangles
+        of_sides = best_metric(split, corners, values[origin])
+        _, one_side = np.unique(origin, return_index=True)
+        return intersected_at(of_sides[one_side], origin, of_sides)
     first, second, direction = _positive(hessians(points, triangles, values))
     size = np.sqrt(np.abs(signed_areas(points, triangles)).mean())
     noise = NOISE * float(np.abs(values).max()) / size**2

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.errors import CaseError
 from bubblemesh.kernels.tensors import lengths, mean_lengths, roots
 from bubblemesh.messages import place
@@ -148,6 +148,17 @@ def intersections(some: Floats, others: Floats) -> Floats:
             r12 * r12 * k11 + 2 * r12 * r22 * k12 + r22 * r22 * k22,
         ]
     )
+
+
+def intersected_at(tensors: Floats, at: Integers, others: Floats) -> Floats:
+    """Tensors (n, 3), each intersected with those of the others (m, 3) that are ``at`` (m,) its number, in turn."""
+    result, order = tensors.copy(), np.argsort(at, kind="stable")
+    _, counts = np.unique(at, return_counts=True)
+    _, turn = members(counts)
+    for turned in range(int(counts.max(initial=0))):  # in which each number comes once at most
+        some = order[turn == turned]
+        result[at[some]] = intersections(result[at[some]], others[some])
+    return result
 
 
 def size_ratios(some: Floats, others: Floats) -> Floats:

@@ -102,8 +102,11 @@ def _reasons(
     return tuple(text for text, _ in Counter(reason.tolist()).most_common())
 
 
-def unsteady_ellipses(metric: MetricRow | None) -> list[str]:
-    """Warnings of a metric that turns so fast that its ellipses are made shorter, and of one that jumps."""
+def unsteady_ellipses(metric: MetricRow | None, *, adapted: bool) -> list[str]:
+    """Warnings of a metric that turns so fast that its ellipses are made shorter, and of one that jumps.
+
+    How fast one that is ``adapted`` to a solution may grow is told by another key.
+    """
     if metric is None:
         return []
     jumps = [
@@ -116,7 +119,7 @@ def unsteady_ellipses(metric: MetricRow | None) -> list[str]:
     ]
     told = [
         f"the metric jumps: ellipses at the ends of an edge differ {' and '.join(jumps)}, so that triangles are bad "
-        "there: gradation: 0.3 in the metric makes it grow gently"
+        f"there: {'a smaller spacing.growth' if adapted else 'gradation: 0.3 in the metric'} makes it grow gently"
     ]
     return [*_shorter(metric.shortened), *(told if jumps else [])]
 

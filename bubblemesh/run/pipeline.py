@@ -233,7 +233,7 @@ def _told(best: PackedProblem, found: Measured, done: Completed, *, adapted: boo
         *best.clock.warnings,
         *warnings.poor_result(found.figures, as_many),
         *warnings.jumps_at_layers(found.layers),
-        *unsteady_ellipses(found.metric),
+        *unsteady_ellipses(found.metric, adapted=adapted),
         *(() if target is None else warnings.missed_node_target(target, best.nodes)),
         *(
             warnings.nodes_of_layers(target.nodes, layers.own_nodes, best.scale)

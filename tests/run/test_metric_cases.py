@@ -13,6 +13,7 @@ from bubblemesh.meshes.quality import inverted
 from bubblemesh.packing.configure import OptionError
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.estimate import estimate
+from bubblemesh.run.metric import MetricRow, unsteady_ellipses
 from bubblemesh.run.pipeline import mesh_case, mesh_problem
 from bubblemesh.spacing.survey import ideal_nodes
 
@@ -195,6 +196,13 @@ def growths(problem, mesh):
 
 
 @pytest.mark.long
+def test_the_key_by_which_a_metric_grows_gently_is_one_that_the_case_can_have():
+    row = MetricRow(2.0, 1.0, 9.0, (0.5, 0.5), 0.0, (0.0, 0.0), None)
+    (given,), (found,) = (unsteady_ellipses(row, adapted=adapted) for adapted in (False, True))
+    assert given.endswith("gradation: 0.3 in the metric makes it grow gently")
+    assert found.endswith("a smaller spacing.growth makes it grow gently")
+
+
 def test_a_metric_that_jumps_in_direction_is_told_and_graded_if_the_case_says_so():
     turned = {"angle": "pi/2 if x > 0.5 else 0", "across": 0.02}
     plain = meshed(turned, spacing=0.1).report

@@ -5,7 +5,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.kernels.tensors import lengths
 from bubblemesh.meshes.edges import unique_edges
-from bubblemesh.meshes.tensors import intersections
+from bubblemesh.meshes.tensors import intersected_at
 
 SETTLED = 1e-3  # relative change of the entries of a tensor that is none
 
@@ -31,14 +31,9 @@ def graded(points: Floats, triangles: Integers, tensors: Floats, growth: float) 
         told[news] = result[news]
         of, rank = members(counts[news])
         origin, end = news[of], ends[first[news][of] + rank]
-        order = np.argsort(end, kind="stable")
-        reached, met = np.unique(end, return_counts=True)
-        _, turn = members(met)
-        for turned in range(int(met.max(initial=0))):  # in which each node is the end of one edge at most
-            some = order[turn == turned]
-            length = lengths(told[origin[some]], points[end[some]] - points[origin[some]])
-            reach = told[origin[some]] / ((1 + growth * length) ** 2)[:, None]
-            result[end[some]] = intersections(result[end[some]], reach)
+        length = lengths(told[origin], points[end] - points[origin])
+        result = intersected_at(result, end, told[origin] / ((1 + growth * length) ** 2)[:, None])
+        reached = np.unique(end)
         change = np.abs(result[reached] - told[reached]).max(axis=1)
         news = reached[change > SETTLED * (told[reached, 0] + told[reached, 2])]
     return result
