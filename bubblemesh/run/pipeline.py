@@ -227,11 +227,11 @@ def _report(
 def _told(best: PackedProblem, found: Measured, done: Completed, *, adapted: bool) -> tuple[str, ...]:
     """Warnings of the report: of the case, of its packing, and of the mesh."""
     problem, target, layers = best.problem, best.problem.node_target, best.problem.rest
-    as_many = None if problem.refined or problem.rest else problem.survey.ideal_nodes
+    as_many = None if problem.rest else problem.survey.ideal_nodes
     return (
         *problem.warnings,
         *best.clock.warnings,
-        *warnings.poor_result(found.figures, as_many),
+        *warnings.poor_result(found.figures, as_many, refined=problem.refined),
         *warnings.jumps_at_layers(found.layers),
         *unsteady_ellipses(found.metric, adapted=adapted),
         *(() if target is None else warnings.missed_node_target(target, best.nodes)),

@@ -170,6 +170,15 @@ def test_longer_ellipses_than_the_aspect_allows_are_told_and_made_wider():
 
 
 @pytest.mark.long
+def test_too_few_nodes_in_a_metric_are_told():
+    report = mesh_case(metric_case({"angle": 0.6, "across": "0.001 + 0.2*abs(x - 0.1)"}, spacing=0.3)).report
+    assert report.nodes < 0.8 * report.ideal_nodes
+    assert any(
+        f"times the {report.ideal_nodes:.0f} nodes that the spacing asks for" in told for told in report.warnings
+    )
+
+
+@pytest.mark.long
 def test_a_metric_that_jumps_is_told_and_graded_if_the_case_says_so():
     jump = {"angle": 0.3, "across": "0.01 if x > 0.5 else 0.1"}
     plain = meshed(jump, spacing=0.1).report
