@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.adaptivity.estimate import Estimate, estimated, true_error
-from bubblemesh.adaptivity.metric import best_metric, intersected_across_sides, scaled_for
+from bubblemesh.adaptivity.metric import best_metric, graded_across_sides, scaled_for
 from bubblemesh.adaptivity.sizes import (
     equivalent_sizes,
     predicted_error,
@@ -42,7 +42,6 @@ from bubblemesh.run.packings import OnRound, OnShare
 from bubblemesh.run.pipeline import Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.metric.field import TensorField
-from bubblemesh.spacing.metric.gradation import graded
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.field import MeshField
 
@@ -207,9 +206,7 @@ def _next_in_metric(
     growth = terms.growth or GROWTH_IN_METRIC
     for _ in range(ATTEMPTS):
         tensors = scaled_for(*mesh, best, aim, sizes, MOST_ASPECT)
-        tensors = graded(*mesh, tensors, growth)
-        if len(domain.periodic):
-            tensors = graded(*mesh, intersected_across_sides(domain, *mesh, tensors), growth)
+        tensors = graded_across_sides(domain, *mesh, tensors, growth)
         metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, _key(target, terms)),)
         request = replace(held, metrics=metrics)
         problem = prepare_for(case, domain, request, task, seconds)

@@ -4,16 +4,19 @@ import numpy as np
 
 from bubblemesh.adaptivity.estimate import gradients, recovered_gradients, split_nodes
 from bubblemesh.arrays import Floats, Integers
+from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, intersected_at, intersections, symmetric
+from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, intersected_at, size_ratios, symmetric
 from bubblemesh.spacing.metric.field import TensorField
+from bubblemesh.spacing.metric.gradation import graded
 
 FLATTEST = 1e-6  # least second derivative in terms of the largest one in the domain
 NOISE = 1e-14  # the same in terms of the largest value over the square of a triangle's size: less is rounding
 HALVINGS = 60  # of an interval that holds a scale
+TURNS, ALIKE = 8, 1.02  # across periodic sides, at most, and times that sizes may differ in the end
 PER_NODE = np.sqrt(3) / 2  # area of a perfect packing, in the metric
 
 
@@ -98,15 +101,48 @@ def scaled_for(
     return _limited(np.exp(low) * start * tensors, sizes, aspect)
 
 
-def intersected_across_sides(domain: Domain, points: Floats, triangles: Integers, tensors: Floats) -> Floats:
-    """Tensors (n, 3) at points (n, 2) of a mesh, on periodic sides the intersections with those of the other side."""
-    rim = rim_nodes(triangles)
-    nearest = domain.nearest(points[rim])
-    mine, other, s = counterparts(domain.boundary, domain.periodic, nearest.piece, nearest.s)
-    opposite = TensorField.of(points, triangles, tensors)(*domain.boundary.points(other, s).T)
-    result = tensors.copy()
-    result[rim[mine]] = intersections(tensors[rim[mine]], opposite.tensors)
+def graded_across_sides(domain: Domain, points: Floats, triangles: Integers, tensors: Floats, growth: float) -> Floats:
+    """Tensors (n, 3) at points (n, 2) of a mesh of a domain, `graded` also across its periodic sides.
+
+    What is finer on one side goes on from its counterpart, in turns until sizes change little.
+    """
+    result = graded(points, triangles, tensors, growth)
+    for _ in range(TURNS if len(domain.periodic) else 0):
+        finer = intersected_across_sides(domain, points, triangles, result)
+        if (size_ratios(result, finer) < ALIKE).all():
+            break
+        result = graded(points, triangles, finer, growth)
     return result
+
+
+def intersected_across_sides(domain: Domain, points: Floats, triangles: Integers, tensors: Floats) -> Floats:
+    """Tensors (n, 3) at points (n, 2) of a mesh, on periodic sides the intersections with those of the other side.
+
+    At a corner these are the ones of both sides that meet there.
+    """
+    rim = rim_nodes(triangles)
+    node, piece, s = _places_on_sides(domain, points[rim])
+    mine, other, s = counterparts(domain.boundary, domain.periodic, piece, s)
+    opposite = TensorField.of(points, triangles, tensors)(*domain.boundary.points(other, s).T)
+    return intersected_at(tensors, rim[node[mine]], opposite.tensors)
+
+
+def _places_on_sides(domain: Domain, points: Floats) -> tuple[Integers, Integers, Floats]:
+    """Numbers (k,) of points (n, 2) on the boundary, with their pieces (k,) and arc lengths (k,).
+
+    A point at a corner comes once for each periodic side that ends there.
+    """
+    boundary, sides, nearest = domain.boundary, domain.periodic.ravel(), domain.nearest(points)
+    length = boundary.lengths[nearest.piece]
+    inside = np.minimum(nearest.s, length - nearest.s) > TOUCHING * domain.size
+    corner = np.where(nearest.s < length / 2, boundary.start[nearest.piece], boundary.end[nearest.piece])
+    begins, ends = (~inside[:, None] & (corner[:, None] == of[sides]) for of in (boundary.start, boundary.end))
+    (first, starting), (last, ending), between = np.nonzero(begins), np.nonzero(ends), np.flatnonzero(inside)
+    return (
+        np.concatenate([between, first, last]),
+        np.concatenate([nearest.piece[between], sides[starting], sides[ending]]),
+        np.concatenate([nearest.s[between], np.zeros(len(first)), boundary.lengths[sides[ending]]]),
+    )
 
 
 def _limited(tensors: Floats, sizes: tuple[float, float], aspect: float) -> Floats:

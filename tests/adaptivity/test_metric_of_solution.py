@@ -9,7 +9,14 @@ from invariants import check_edges, check_mesh
 from typer.testing import CliRunner
 
 import bubblemesh
-from bubblemesh.adaptivity.metric import area_in, best_metric, hessians, intersected_across_sides, scaled_for
+from bubblemesh.adaptivity.metric import (
+    area_in,
+    best_metric,
+    graded_across_sides,
+    hessians,
+    intersected_across_sides,
+    scaled_for,
+)
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.meshes.edges import unique_edges
@@ -190,6 +197,20 @@ def test_the_metric_of_a_solution_is_the_finer_one_of_both_periodic_sides(mesh):
         )
     inside = (x > 0) & (x < 1) & (y > 0) & (y < 1)
     np.testing.assert_array_equal(found[inside], tensors[inside])
+
+
+def test_what_is_fine_at_a_corner_is_so_at_all_of_its_copies_and_sizes_grow_from_each(mesh):
+    domain = case_domain(bubblemesh.load_case("-", text=PERIODIC))
+    tensors = np.tile([1.0, 0.0, 1.0], (len(mesh.points), 1))
+    tensors[np.hypot(*mesh.points.T).argmin()] = 2500.0, 0.0, 10000.0
+    found = graded_across_sides(domain, mesh.points, mesh.triangles, tensors, 0.3)
+    near = [np.hypot(*(mesh.points - corner).T) for corner in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    at = np.array([found[distance.argmin()] for distance in near])
+    np.testing.assert_allclose(at[:, 0], 2500, rtol=0.03)
+    np.testing.assert_allclose(at[:, 2], 10000, rtol=0.03)
+    across = axes(found).across
+    beside = [across[(distance > 0.05) & (distance < 0.15)].mean() for distance in near]
+    assert max(beside) < 1.2 * min(beside) < 0.1
 
 
 def test_a_case_with_a_metric_of_its_own_is_refused(mesh):
