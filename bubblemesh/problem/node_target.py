@@ -21,7 +21,7 @@ TOLERANCE_OF_MESHES = 0.02  # of the target, or one node if they are few
 CLOSE = 0.01  # to a target, in terms of it: what is farther off is another number
 MOST_TRIALS = 15
 MOST_STEP = np.log(8.0)  # of the rough number, from one trial to the next
-FLATTEST = 0.1  # slope of the true over the rough number
+FLATTEST, STEEPEST = 0.1, 10.0  # slope of the true over the rough number; what is steeper jumps
 WIDEST = 18 * np.log(10.0)  # natural logarithm of the extreme scales
 NEAR_THE_END = 1e-3  # relative: where no scale changes the rough number any more
 
@@ -78,8 +78,11 @@ class ScaleSearch:
     nearest: Callable[[int], str] | None = None  # if the nearest number will do, the warning of another one
     told: tuple[str, ...] = ()  # warnings of each problem
 
-    def problem(self, expected: float, start: float | None = None) -> Problem:
-        """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be."""
+    def problem(self, expected: float, start: float | None = None, known: Sequence[Trial] = ()) -> Problem:
+        """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be.
+
+        What is ``known`` of trials before tells where the number jumps.
+        """
         exact = start is None and self.nearest is None
         spent = replace(self.task, max_nodes=max(FEW, TIMES_TOO_MANY * self.nodes))
         time = dict(self.seconds)
@@ -92,17 +95,17 @@ class ScaleSearch:
             return problem.expected_nodes, problem
 
         with timed(time, "spacing"):
-            scale, problem = scaled_to(expected, self.scales, at, start, self.key if exact else None)
+            scale, problem, trials = scaled_to(expected, self.scales, at, start, self.key if exact else None, known)
         if problem is None and self.nearest is not None:
             problem = self.check(self.task, time, scale)  # which has more than were to be counted
         if problem is None:
             with at_key(*self.key):
                 raise out_of_reach(expected, np.inf)
-        return self.of(replace(problem, task=self.task, seconds=time), scale)
+        return self.of(replace(problem, task=self.task, seconds=time), scale, (*known, *trials))
 
-    def of(self, problem: Problem, scale: float) -> Problem:
-        """The problem at a scale, which is made anew at others where its mesh misses the target."""
-        target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self)
+    def of(self, problem: Problem, scale: float, trials: tuple[Trial, ...] = ()) -> Problem:
+        """The problem at a scale that trials led to, which is made anew at others where its mesh misses the target."""
+        target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self, trials)
         return replace(problem, node_target=target, warnings=(*problem.warnings, *self.told))
 
     def instead(self, nodes: int) -> "ScaleSearch":
@@ -118,6 +121,7 @@ class NodeTarget:
     scale: float
     rough: float  # logarithm of the rough number of nodes at that scale
     search: ScaleSearch  # that finds other scales
+    trials: tuple[Trial, ...] = ()  # that are known
 
     def is_missed_by(self, nodes: int) -> bool:
         """Whether a mesh of so many nodes has too many or too few."""
@@ -128,33 +132,34 @@ class NodeTarget:
         return bool(abs(np.log(scale / self.scale)) < SAME / (2 * self.nodes))
 
 
-def fit_node_target(search: ScaleSearch) -> Problem:
+def fit_node_target(search: ScaleSearch, known: Sequence[Trial] = ()) -> Problem:
     """Make the problem in which the target is expected; a CaseError or LimitError says that no scale does it.
 
+    Trials of a like search that are ``known`` may spare those of this one.
     If the nearest number will do, that is the target from then on.
     """
     nodes, limit = search.nodes, search.task.max_nodes
     if search.nearest is not None:
-        return _nearest(search)
+        return _nearest(search, known)
     if nodes > limit:
         raise LimitError(
             f"{node_limit()}: {search.key} asks for {nodes}, more than the limit of {limit}: ask for "
             "fewer or raise the limit"
         )
-    return search.problem(nodes)
+    return search.problem(nodes, known=known)
 
 
-def _nearest(search: ScaleSearch) -> Problem:
+def _nearest(search: ScaleSearch, known: Sequence[Trial]) -> Problem:
     """Make the problem in which the target is expected, or the nearest number; a LimitError if that is too much."""
     limit = search.task.max_nodes
-    problem = search.problem(min(search.nodes, limit))
+    problem = search.problem(min(search.nodes, limit), known=known)
     expected, found = problem.expected_nodes, problem.node_target
     if found is None or abs(expected - search.nodes) <= CLOSE * search.nodes:
         return problem
     if expected > (1 + CLOSE) * limit:
         with at_key(node_limit()):
             raise out_of_reach(limit, expected)
-    return search.instead(round(expected)).of(problem, found.scale)
+    return search.instead(round(expected)).of(problem, found.scale, found.trials)
 
 
 def correct(problem: Problem, target: NodeTarget, found: Sequence[tuple[float, int]]) -> Problem:
@@ -164,7 +169,8 @@ def correct(problem: Problem, target: NodeTarget, found: Sequence[tuple[float, i
     """
     trials = [(np.log(expected), np.log(meshed)) for expected, meshed in found]
     aim = next_aim(trials, np.log(target.nodes), FLATTEST_OF_MESHES)
-    return target.search.problem(np.exp(aim), np.exp(target.rough + aim - np.log(problem.expected_nodes)))
+    start = np.exp(target.rough + aim - np.log(problem.expected_nodes))
+    return target.search.problem(np.exp(aim), start, target.trials)
 
 
 def scaled_to(
@@ -173,18 +179,24 @@ def scaled_to(
     at: Callable[[float], tuple[float, Found]],
     start: float | None = None,
     key: Key | None = None,
-) -> tuple[float, Found]:
+    known: Sequence[Trial] = (),
+) -> tuple[float, Found, list[Trial]]:
     """Find the scale at which a spacing asks for so many nodes; ``at`` a scale are the true number and what has it.
 
     The secant method on logarithms, over the rough number, which is quickly known, instead of the scale: the true
     number, infinite where it is far too large, is nearly proportional to it. It begins at the rough number ``start``,
     else at the target. If the number is out of reach, it is an error that names the ``key``: a CaseError if the limits
     of the spacing do not let it be that fine, a LimitError if they, or the boundary, do not let it be that coarse.
-    Without a key it is the nearest scale. What was found at others is not kept.
+    Without a key it is the nearest scale. What was found at others is not kept, but for the numbers, which come out
+    too. Where the number jumps across the target, as where layers get one column more, no scale comes nearer than both
+    sides: the search ends. If trials ``known`` before have found that already, it looks at the nearer side only.
     """
     target, ends = np.log(nodes), scales.ends
     aim = target if start is None else np.log(start)
     trials, nearest = list[Trial](), np.inf
+    last = np.inf  # the number with which it ends, if any
+    if jumps_across(known, target):
+        aim, last = min(known, key=lambda trial: abs(trial[1] - target))
     for _ in range(MOST_TRIALS):
         aim = float(np.clip(aim, *ends))
         scale = scales.at(aim)
@@ -201,8 +213,19 @@ def scaled_to(
                 break
             with at_key(*key):
                 raise out_of_reach(nodes, float(np.exp(trial[1])))
+        if jumps_across(trials, target) or abs(trial[1] - last) <= TOLERANCE:
+            break
         aim = next_aim(trials, target)
-    return best
+    return *best, trials
+
+
+def jumps_across(trials: Sequence[Trial], target: float) -> bool:
+    """Whether the true number jumps across the target between the trials on both sides of it."""
+    below = max((trial for trial in trials if trial[1] < target), default=None)
+    above = min((trial for trial in trials if target <= trial[1] < np.inf), default=None)
+    if below is None or above is None:
+        return False
+    return abs(above[1] - below[1]) > STEEPEST * abs(above[0] - below[0])
 
 
 def next_aim(trials: Sequence[Trial], target: float, flattest: float = FLATTEST) -> float:

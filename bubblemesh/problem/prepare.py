@@ -17,7 +17,7 @@ from bubblemesh.problem.crs import require_one_unit
 from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
-from bubblemesh.problem.node_target import CLOSE, Scales, ScaleSearch, fit_node_target
+from bubblemesh.problem.node_target import CLOSE, Scales, ScaleSearch, Trial, fit_node_target
 from bubblemesh.problem.possible import require_possible
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.slivers import open_gaps
@@ -67,21 +67,16 @@ def prepare_in(
     nodes = request.nodes
     if nodes is None:
         return check_spacing(domain, request, task, seconds)
+    known: tuple[Trial, ...] = ()
     if request.rules.across is None:
         with suppress(CaseError, LimitError), timed(seconds, "spacing"):
-            problem = _fitted(domain, request, nodes, task, seconds, key)
+            problem = fit_node_target(_search(domain, request, nodes, task, seconds, key))
             if abs(problem.expected_nodes - nodes) <= CLOSE * nodes:
                 return problem
+            known = () if problem.node_target is None else problem.node_target.trials
         # What narrow parts take by themselves must not put the number out of reach.
         request = replace(request, rules=replace(request.rules, across=0.0))
-    return _fitted(domain, request, nodes, task, seconds, key)
-
-
-def _fitted(
-    domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: dict[str, float], key: Key
-) -> Problem:
-    """The problem at the scale at which so many nodes are expected."""
-    return fit_node_target(_search(domain, request, nodes, task, seconds, key))
+    return fit_node_target(_search(domain, request, nodes, task, seconds, key), known)
 
 
 def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key, *, instead: bool = False) -> Problem:

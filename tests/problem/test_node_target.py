@@ -234,7 +234,7 @@ class TestSearch:
 
     def found(self, nodes, count, key=None):
         """Scale for a number of nodes, of which there are ``count`` at a scale."""
-        scale, same = scaled_to(nodes, self.scales, lambda s: (count(s), s), key=key)
+        scale, same, _ = scaled_to(nodes, self.scales, lambda s: (count(s), s), key=key)
         assert scale == same
         return scale
 
@@ -317,6 +317,24 @@ class TestSearch:
     def test_a_jump_across_the_number_ends_the_search(self):
         scale = self.found(1000, lambda s: 800.0 if s > 3 else 1300.0)
         assert scale == pytest.approx(3, rel=0.1)
+
+    def test_at_a_jump_it_looks_at_few_scales_and_once_it_is_known_at_the_nearer_side_only(self):
+        seen = []
+
+        def at(scale):
+            seen.append(scale)
+            return 3e5 / (9 + scale**2) * (1.1 if scale < 4.1 else 1.0), None
+
+        target = 3e5 / (9 + 4.1**2) * 1.06
+        first, _, trials = scaled_to(target, self.scales, at)
+        assert first == pytest.approx(4.1, rel=0.03)
+        assert first < 4.1
+        assert len(seen) == len(trials) < 10
+        again, _, more = scaled_to(target, self.scales, at, known=trials)
+        assert again == pytest.approx(first)
+        assert len(more) == 1
+        _, _, other = scaled_to(target, self.scales, lambda scale: (0.7 * at(scale)[0], None), known=trials)
+        assert len(other) > 1
 
     def test_the_secant_stays_between_both_sides(self):
         assert next_aim([(1.0, 5.0)], 4.0) == 0.0
