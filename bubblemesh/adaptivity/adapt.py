@@ -162,7 +162,7 @@ def _next_problem(
     request = _held(case, domain, at, solution)
     rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
     request = replace(request, rules=rules, nodes=nodes, nearest=target.instead_of(len(solution.points), terms))
-    task = task_of(case, domain)
+    task = replace(task_of(case, domain), adapted=True)
     inner = complement(len(solution.points), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
     share = present.share_of_own_size(domain, at(None))
@@ -200,7 +200,7 @@ def _next_in_metric(
     best = best_metric(*mesh, solution.values / solution.unit, _parts(domain, solution))
     case = case.model_copy(update={"method": IN_METRIC})
     coarse, aim = Spacing(partial(_everywhere, sizes[1])), nodes
-    task, held = task_of(case, domain), _held(case, domain, lambda scale: coarse, solution)
+    task, held = replace(task_of(case, domain), adapted=True), _held(case, domain, lambda scale: coarse, solution)
     held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *told))
     held = replace(held, nearest=target.instead_of(len(points), terms))
     growth = terms.growth or GROWTH_IN_METRIC

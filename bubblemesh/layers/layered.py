@@ -15,13 +15,20 @@ from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.spacing.spacing import Spacing
 
 
+class HighLayerError(CaseError):
+    """A first layer that is higher than the spacing across all of its walls, which is at most ``spacing``."""
+
+    ladder: Ladder
+    spacing: float
+
+
 def layered(domain: Domain, requested: Spacing, spacing: Spacing, ladders: Sequence[Ladder], max_nodes: int) -> Rest:
     """Layers on the walls of a domain, up to the ``requested`` spacing, and what they leave of it.
 
     The nodes of the walls are placed by a ``spacing`` that may be finer.
 
-    CaseError if a first layer is higher than the spacing on all of its walls, LimitError if there would be more than
-    ``max_nodes`` nodes.
+    HighLayerError if a first layer is higher than the spacing across all of its walls, LimitError if there would be
+    more than ``max_nodes`` nodes.
     """
     walls = Walls.of(domain, boundary_bubbles(domain, spacing), requested, ladders)
     for number, ladder in enumerate(ladders):
@@ -47,7 +54,9 @@ def _require_walls(walls: Walls, number: int, ladder: Ladder) -> None:
                 raise CaseError(f"{label!r} is not a side of the region {ladder.region!r}")
         spacing = float(walls.d[walls.ends[mine]].max())
         if ladder.first > spacing:
-            raise CaseError(
-                f"the first layer, {ladder.first:.4g} high, is higher than the spacing on these walls, which is "
+            error = HighLayerError(
+                f"the first layer, {ladder.first:.4g} high, is higher than the spacing across these walls, which is "
                 f"{spacing:.4g} at most: make it lower, by first or by thickness and count, or the spacing larger"
             )
+            error.ladder, error.spacing = ladder, spacing
+            raise error

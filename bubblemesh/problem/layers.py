@@ -12,7 +12,7 @@ from bubblemesh.case.layers import LayerKeys
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder, count_of, first_of, growth_of
-from bubblemesh.layers.layered import layered
+from bubblemesh.layers.layered import HighLayerError, layered
 from bubblemesh.layers.pinches import SHORT
 from bubblemesh.layers.rest import Rest
 from bubblemesh.messages import meant
@@ -85,13 +85,27 @@ def with_layers(
     both depend on the direction, and the spacing ``before`` that is limited does not. If it was limited already
     without layers, this goes on from that ``ground``: their edges are more sources in the same domain.
 
-    CaseError if a first layer is higher than the spacing on all of its walls, LimitError if there would be more than
-    ``max_nodes`` nodes.
+    HighLayerError if a first layer is higher than the spacing across all of its walls, LimitError if there would be
+    more than ``max_nodes`` nodes.
     """
     rest = layered(domain, requested, packing, ladders, max_nodes)
     sources = short_pieces(rest.domain, packing)
     limited = limited_for_packing_across_sides(domain, before, sources, ground=ground)
     return rest, limited.spacing, sources.points.reshape(-1, 2, 2)
+
+
+def left_out(error: HighLayerError, domain: Domain, ladders: Sequence[Ladder]) -> tuple[tuple[Ladder, ...], str]:
+    """Layers without those that are too high for what a solution asks for, and the warning of it.
+
+    The counterpart of a periodic side has none then either.
+    """
+    high = error.ladder
+    labels = {label for pair in domain.parts.periodic if {*pair} & {*high.labels} for label in pair}
+    told = (
+        f"{high.key}: the solution asks for sizes across these walls of at most {error.spacing:.4g}, less than the "
+        f"first layer, {high.first:.4g}: these layers are left out; a lower first one would keep them"
+    )
+    return tuple(ladder for ladder in ladders if ladder is not high and not {*ladder.labels} & labels), told
 
 
 def _ladder(keys: LayerKeys, key: Key, domain: Domain) -> Ladder:

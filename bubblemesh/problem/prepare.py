@@ -143,7 +143,19 @@ def check_spacing(
         seconds=seconds,
     )
     problem = problem if metric is None else _in_metric(problem, metric)
-    problem = _beside_layers(problem, fitted.filled.spacing, metric) if task.ladders else problem
+    if task.ladders:
+        # Imported here since few meshes have layers.
+        from bubblemesh.layers.layered import HighLayerError
+        from bubblemesh.problem.layers import left_out
+
+        try:
+            problem = _beside_layers(problem, fitted.filled.spacing, metric)
+        except HighLayerError as error:
+            if not task.adapted:
+                raise
+            ladders, lacking = left_out(error, domain, task.ladders)
+            request = replace(request, warnings=(*request.warnings, lacking))
+            return replace(check_spacing(domain, request, replace(task, ladders=ladders), seconds, scale), task=task)
     return replace(problem, warnings=(*problem.warnings, *warnings.small_parts(task.parts, problem.packed_nodes)))
 
 

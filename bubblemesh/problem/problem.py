@@ -47,6 +47,7 @@ class Task:
     largest_in: Mapping[str, float] = field(default_factory=dict)  # the same in regions, by their names
     inner_node: bool = False  # whether each triangle needs a node that is not on the rings of the domain
     ladders: "tuple[Ladder, ...]" = ()  # of boundary layers
+    adapted: bool = False  # whether a solution sets the spacing, which may be too fine for them: they are left out then
     previous: "PreviousNodes | None" = None  # nodes of a mesh to start from
     depth: NodeDepth | None = None  # that the mesh is written with
     open_labels: tuple[str, ...] = ()  # of the boundary, for formats of coasts

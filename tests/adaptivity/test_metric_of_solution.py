@@ -1,6 +1,7 @@
 """The metric of a solution, and meshes adapted by it."""
 
 import json
+from dataclasses import replace
 
 import meshio
 import numpy as np
@@ -19,9 +20,14 @@ from bubblemesh.adaptivity.metric import (
 )
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.layers.layered import HighLayerError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.tensors import axes
 from bubblemesh.problem.domain import case_domain
+from bubblemesh.problem.layers import ladders_of, left_out
+from bubblemesh.problem.prepare import prepare_for
+from bubblemesh.problem.spacing import case_spacing
+from bubblemesh.problem.task import task_of
 
 CASE = "name: a\ndomain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.06\n"
 
@@ -177,6 +183,47 @@ def test_a_requested_number_of_nodes_is_met_by_what_is_made(mesh, text):
     result = bubblemesh.adapt(bubblemesh.load_case("-", text=text), solution, anisotropic=True, nodes=700)
     check_edges(result.mesh)
     assert result.report.nodes == pytest.approx(700, rel=0.02)
+
+
+TOO_HIGH = SQUARE.format(more="") + "layers: [{on: b, first: 0.3, count: 1}]\n"
+
+
+def test_a_spacing_of_a_solution_leaves_out_layers_for_which_it_is_too_fine():
+    case = bubblemesh.load_case("-", text=TOO_HIGH)
+    domain = case_domain(case)
+    request, task = case_spacing(case, domain), task_of(case, domain)
+    with pytest.raises(HighLayerError, match=r"layers\.0: the first layer, 0\.3 high, is higher .* across these walls"):
+        prepare_for(case, domain, request, task, {})
+    problem = prepare_for(case, domain, request, replace(task, adapted=True), {})
+    assert problem.rest is None
+    assert any("less than the first layer, 0.3: these layers are left out" in text for text in problem.warnings)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("anisotropic", [False, True])
+def test_layers_that_are_too_high_for_the_sizes_of_a_solution_are_left_out_and_told(mesh, anisotropic):
+    case = bubblemesh.load_case("-", text=TOO_HIGH)
+    solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
+    report = bubblemesh.adapt(case, solution, nodes=100, anisotropic=anisotropic).report
+    assert report.layers is None
+    (told,) = (text for text in report.warnings if text.startswith("layers.0: "))
+    assert "less than the first layer, 0.3: these layers are left out" in told
+    assert report.nodes == pytest.approx(100, abs=5)
+
+
+def test_a_counterpart_of_layers_that_are_left_out_has_none_either():
+    entries = [
+        "{on: b, first: 0.02, count: 1}",
+        "{on: t, first: 0.02, count: 1}",
+        "{on: [l, r], first: 0.02, count: 1}",
+    ]
+    text = PERIODIC + f"layers: [{', '.join(entries)}]\n"
+    case = bubblemesh.load_case("-", text=text)
+    domain = case_domain(case)
+    _, above, beside = ladders = ladders_of(case.layers, domain)
+    error = HighLayerError()
+    error.ladder, error.spacing = above, 0.01
+    assert left_out(error, domain, ladders)[0] == (beside,)
 
 
 def test_the_metric_of_a_solution_is_the_finer_one_of_both_periodic_sides(mesh):

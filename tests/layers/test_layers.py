@@ -979,7 +979,7 @@ def test_python_programs_ask_for_layers_as_cases_do():
         ([{"on": "bottom", "first": 0.2, "thickness": 0.1}], {}, CaseError, "must not be higher than all of them"),
         ([{"on": "bottom", **FIVE, "growth": 0.9}], {}, CaseError, "growth: must be at least 1"),
         ([{"on": "bottom", **FIVE, "growth": 2.5}], {}, CaseError, "growth: must be at most 2"),
-        ([{"on": "bottom", "first": 0.3, "count": 3}], {}, CaseError, "higher than the spacing on these walls"),
+        ([{"on": "bottom", "first": 0.3, "count": 3}], {}, CaseError, "higher than the spacing across these walls"),
         ([{"on": "bottom", **FIVE}] * 2, {}, CaseError, "layers.1.on: 'bottom' has layers already, by layers.0"),
         ([{"on": "bottom", **FIVE, "region": "x"}], {}, CaseError, "layers.0.region: there is no region 'x'"),
         (
