@@ -199,20 +199,31 @@ def _next_in_metric(
     sizes = terms.minimum or min(FINEST * domain.size, coarsest), coarsest
     best = best_metric(*mesh, solution.values / solution.unit, _parts(domain, solution))
     case = case.model_copy(update={"method": IN_METRIC})
-    coarse, aim = Spacing(partial(_everywhere, sizes[1])), nodes
+    coarse = Spacing(partial(_everywhere, sizes[1]))
     task, held = replace(task_of(case, domain), adapted=True), _held(case, domain, lambda scale: coarse, solution)
     held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *told))
     held = replace(held, nearest=target.instead_of(len(points), terms))
     growth = terms.growth or GROWTH_IN_METRIC
-    for _ in range(ATTEMPTS):
-        tensors = scaled_for(*mesh, best, aim, sizes, MOST_ASPECT)
-        tensors = graded_across_sides(domain, *mesh, tensors, growth)
-        metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, _key(target, terms)),)
-        request = replace(held, metrics=metrics)
-        problem = prepare_for(case, domain, request, task, seconds)
-        if abs(problem.expected_nodes / nodes - 1) < CLOSE:
-            break
-        aim *= nodes / problem.expected_nodes
+
+    def scaled(held: SpacingRequest) -> tuple[Problem, SpacingRequest]:
+        """The problem with about so many nodes, and its request."""
+        aim = nodes
+        for _ in range(ATTEMPTS):
+            tensors = scaled_for(*mesh, best, aim, sizes, MOST_ASPECT)
+            tensors = graded_across_sides(domain, *mesh, tensors, growth)
+            metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, _key(target, terms)),)
+            request = replace(held, metrics=metrics)
+            problem = prepare_for(case, domain, request, task, seconds)
+            if abs(problem.expected_nodes / nodes - 1) < CLOSE:
+                break
+            aim *= nodes / problem.expected_nodes
+        return problem, request
+
+    problem, request = scaled(held)
+    if problem.expected_nodes > (1 + MISSED) * nodes and held.rules.across is None:
+        # What narrow parts take by themselves must not put the number out of reach.
+        other = scaled(replace(held, rules=replace(held.rules, across=0.0)))
+        problem, request = min((problem, request), other, key=lambda found: found[0].expected_nodes)
     return _aimed(problem, request, nodes, target, terms), {"unchanged": 0.0, "start": "method", "anisotropic": True}
 
 

@@ -185,6 +185,15 @@ def test_a_requested_number_of_nodes_is_met_by_what_is_made(mesh, text):
     assert result.report.nodes == pytest.approx(700, rel=0.02)
 
 
+@pytest.mark.long
+def test_ellipses_are_longer_than_a_thin_strip_is_wide_where_else_there_would_be_too_many():
+    case = bubblemesh.load_case("-", text=CASE.replace("[0, 0, 1, 1]", "[0, 0, 4, 0.1]"))
+    mesh = bubblemesh.mesh_case(case).mesh
+    solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, np.tanh(60 * (mesh.points[:, 0] - 2)))
+    report = bubblemesh.adapt(case, solution, nodes=60, anisotropic=True).report
+    assert report.nodes == pytest.approx(60, abs=3)
+
+
 TOO_HIGH = SQUARE.format(more="") + "layers: [{on: b, first: 0.3, count: 1}]\n"
 
 
