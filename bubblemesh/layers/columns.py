@@ -8,6 +8,8 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.records import record
 
+LARGEST_RATIO = 1.7  # of the heights of the same layer on neighbours: with a lower one many are low beside a gap
+RISE = 0.15  # of the first height along the wall, at most: so steep that there is room for a few layers of that height
 LEAST_BEND = 1e-3  # by which columns come nearer for each unit of height: less is a straight wall
 
 
@@ -80,14 +82,35 @@ class Columns:
     @property
     def thickness(self) -> Floats:
         """Height (c,) of all layers that are asked for, and no higher than the spacing at the foot."""
-        return np.array([ladder.thickness_below(self.spacing) for ladder in self.ladders])[
-            self.ladder, np.arange(len(self))
-        ]
+        thickness = np.array([ladder.thickness_below(self.spacing / self.scale) for ladder in self.ladders])
+        return self.scale * thickness[self.ladder, np.arange(len(self))]
 
     @property
     def first(self) -> Floats:
-        """Height (c,) of the first layer that is asked for."""
+        """Height (c,) of the first layer, as it is asked for beside the neighbours."""
+        return self.scale * self._first
+
+    @property
+    def _first(self) -> Floats:
         return np.array([ladder.first for ladder in self.ladders])[self.ladder]
+
+    @cached_property
+    def scale(self) -> Floats:
+        """Heights (c,) of the layers that are asked for over those of the ladder.
+
+        They are below 1 beside columns of a ladder with a lower first height: heights rise gradually from these.
+        """
+        (i, j), (one, other), asked = self.pair.T, self.twins.T, self._first
+        first, lower = asked, asked.copy()
+        for _ in range(len(self)):
+            for a, b in ((i, j), (j, i)):
+                np.minimum.at(lower, a, np.minimum(LARGEST_RATIO * first[b], first[b] + RISE * self.bare_widths))
+            for a, b in ((one, other), (other, one)):
+                np.minimum.at(lower, a, first[b])
+            if (lower == first).all():
+                break
+            first, lower = lower, lower.copy()
+        return first / asked
 
     @property
     def requested(self) -> Integers:
@@ -101,7 +124,7 @@ class Columns:
 
     def tops(self, which: Integers, count: Integers) -> Floats:
         """Height (k,) of so many layers (k,) on columns (k,), as they are asked for."""
-        return self._tops[self.ladder[which], count]
+        return self.scale[which] * self._tops[self.ladder[which], count]
 
     @cached_property
     def _tops(self) -> Floats:

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, cross, each_once, median, turned_left
+from bubblemesh.arrays import Booleans, Floats, Integers, cross, each_once, turned_left
 from bubblemesh.layers.columns import Columns
-from bubblemesh.layers.heights import ROUNDING, gradual
+from bubblemesh.layers.heights import gradual, layers_within
 from bubblemesh.layers.lacks import Lack, lacks, low_columns, lowest
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder
 from bubblemesh.layers.obstacles import Obstacles
@@ -70,7 +70,8 @@ class LabelLayers:
     aspect : float
         Largest ratio of a cell's width to its height.
     across_front : float or None
-        Median of the ratio of heights across the front, fans left out: of packed triangles on it to the last layer.
+        Median along the wall of the ratio of heights across the front, fans left out: of packed triangles on it to the
+        last layer.
     farthest : mapping or None
         The largest ``ratio`` of these, and the place ``at`` of the middle of that front.
     advised : int or None
@@ -163,7 +164,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     low = low_columns(strips, which)
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
     beyond = np.flatnonzero(mine & columns.apart & np.isfinite(across))
-    jump = median(across[beyond]) if len(beyond) else None
+    jump = _median_along(across[beyond], columns.bare_widths[beyond]) if len(beyond) else None
     requested = int(heights.requested[which[columns.ladder[which] == number]].max(initial=0))
     advised = _advised(ladder, requested, jump)
     return LabelLayers(
@@ -195,6 +196,13 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     )
 
 
+def _median_along(ratio: Floats, length: Floats) -> float:
+    """Median of ratios (k,) at edges of the wall of some lengths (k,): it has more than the median on half of it."""
+    order = np.argsort(ratio)
+    covered = np.cumsum(length[order])
+    return float(ratio[order[np.searchsorted(covered, covered[-1] / 2)]])
+
+
 def _farthest(strips: Strips, pairs: Integers, ratio: Floats) -> dict[str, Any] | None:
     """The largest of the ratios (k,) beyond the fronts of pairs (k,), with the middle of its front."""
     if len(pairs) == 0:
@@ -220,8 +228,7 @@ def _fitting(strips: Strips, label: str, number: int, most: int) -> int:
     ladders[number] = replace(ladders[number], count=most)
     columns = columns_on(walls, ladders)
     height = room(columns, walls, Obstacles.of(walls), np.zeros(len(columns), np.int64))
-    fitting = np.searchsorted(ladders[number].tops, height * (1 + ROUNDING), side="right") - 1
-    count = gradual(columns, np.where(height >= columns.thickness, most, fitting))
+    count = gradual(columns, np.where(height >= columns.thickness, most, layers_within(columns, height)))
     which = each_once(columns.pair[_pairs_of(columns, walls, label, number)].ravel())
     return int(np.quantile(count[which], 1 - MOSTLY, method="lower"))
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, members
-from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.columns import LARGEST_RATIO, Columns
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -11,7 +11,6 @@ from bubblemesh.spacing.spacing import Spacing
 FEWEST = 3  # layers, if so many are asked for: where there is no room for them they are compressed
 LEAST = 0.02  # factor of compressed layers; below it there are none
 WIDEST = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
-LARGEST_RATIO = 1.7  # of the factors of neighbours: with a lower one many are compressed beside a gap
 PASSES = 1000
 ROUNDING = 1e-12  # relative: what is just as high as it may be is not lost by it
 
@@ -40,11 +39,8 @@ def heights(columns: Columns, room: Floats, possible: Most) -> Heights:
     Where few layers have room they are compressed, but in hollows of short edges and beside: else those along much of
     the wall would be so, too.
     """
-    most, (requested, fitting) = possible.count, np.zeros((2, len(columns)), np.int64)
-    for number, ladder in enumerate(columns.ladders):
-        mine = np.flatnonzero(columns.ladder == number)
-        requested[mine] = np.maximum(most[mine], 1) if ladder.isotropic else ladder.count
-        fitting[mine] = np.searchsorted(ladder.tops, room[mine] * (1 + ROUNDING), side="right") - 1
+    most, fitting = possible.count, layers_within(columns, room)
+    requested = np.where(columns.are_isotropic, np.maximum(most, 1), columns.requested)
     bound = gradual(columns, np.where(columns.are_in_hollows, np.minimum(fitting, most), most))
     few = np.minimum(FEWEST, most)
     few[bound < few] = 0
@@ -53,6 +49,15 @@ def heights(columns: Columns, room: Floats, possible: Most) -> Heights:
     count = np.where(squeezed < LEAST, 0, np.clip(fitting, few, most))
     factor = np.where(fitting < few, np.maximum(squeezed, LEAST), 1.0)
     return Heights(possible, requested, *_gradual(columns, count, factor))
+
+
+def layers_within(columns: Columns, height: Floats) -> Integers:
+    """Number (c,) of the layers of each column that are no higher in all than some height (c,)."""
+    found, full = np.zeros(len(columns), np.int64), height / columns.scale * (1 + ROUNDING)
+    for number, ladder in enumerate(columns.ladders):
+        mine = columns.ladder == number
+        found[mine] = np.searchsorted(ladder.tops, full[mine], side="right") - 1
+    return found
 
 
 def gradual(columns: Columns, count: Integers) -> Integers:
@@ -85,13 +90,18 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
     is higher in it than it is wide in it. Columns that part end before they are much farther from each other than the
     spacing. All columns of a fan are as wide as those beside it.
     """
-    most, spaced, at_foot = np.zeros(len(columns), np.int64), columns.requested.copy(), widest_beside(columns, 0.0)
+    most, spaced, at_foot = (
+        np.zeros(len(columns), np.int64),
+        columns.requested.copy(),
+        widest_beside(columns, np.zeros(len(columns))),
+    )
     for number, ladder in enumerate(columns.ladders):
         going = np.flatnonzero(columns.ladder == number)
-        for height, top in zip(ladder.heights, ladder.tops[1:], strict=True):
-            middle = columns.places(going, np.full(len(going), top - height / 2))
+        for full, top in zip(ladder.heights, ladder.tops[1:], strict=True):
+            height = columns.scale[going] * full
+            middle = columns.places(going, columns.scale[going] * top - height / 2)
             d = _spacing_at(columns, going, middle, spacing)
-            widest = widest_beside(columns, top)[going]
+            widest = widest_beside(columns, columns.scale * top)[going]
             if ladder.isotropic:
                 wide = widest * np.maximum(spacing.stretch(middle, columns.up[going]), 1.0)
             else:
@@ -115,9 +125,9 @@ def _spacing_at(columns: Columns, which: Integers, places: Floats, spacing: Spac
     return np.where(np.isnan(d), columns.spacing[which], d)
 
 
-def widest_beside(columns: Columns, height: float) -> Floats:
-    """Largest width (c,) at some height beside columns of the same foot or bend, but for those in fans."""
-    at, foot = columns.places(np.arange(len(columns)), np.full(len(columns), height)), columns.foot[columns.leader]
+def widest_beside(columns: Columns, height: Floats) -> Floats:
+    """Largest width (c,) at some heights (c,) beside columns of the same foot or bend, but for those in fans."""
+    at, foot = columns.places(np.arange(len(columns)), height), columns.foot[columns.leader]
     i, j = pair = columns.pair[columns.apart].T
     width, widest = np.hypot(*(at[j] - at[i]).T), np.zeros(columns.foot.max() + 1)
     for end in pair:

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.layers.heights import gradual
+from bubblemesh.layers.heights import gradual, layers_within
 from bubblemesh.layers.room import spread
 from bubblemesh.layers.strips import Strips
 from bubblemesh.messages import counted, place
 from bubblemesh.records import record
 
+TINY = np.finfo(float).tiny
 LOW = 0.5  # of the height that is asked for
 SHORTEST = 5  # places that are told
 LOW_COLUMNS = "{share:.2%} of the columns are less than half as high as asked for, the lowest of these with {lowest}"
@@ -33,7 +34,7 @@ REASONS = {
         "asks"
     ),
 }
-# Share of the columns from which on a reason is told: beside a wall with few layers some columns are always short.
+# Share of the wall from which on a reason is told: beside a wall with few layers some columns are always short.
 LEAST_SHARES = {"neighbours": 0.25}
 
 
@@ -91,9 +92,8 @@ def _have_all(strips: Strips, most: Integers) -> Booleans:
     These change gradually, so that columns beside few layers are lower than one layer more for each would make them.
     """
     columns, heights, every = strips.columns, strips.heights, np.arange(len(strips.columns))
-    room = spread(columns, columns.tops(every, most))
-    one_more = columns.tops(every, np.minimum(heights.count + 1, columns.requested))
-    return (heights.factor == 1) & ((heights.count >= most) | (one_more > room))
+    fitting = layers_within(columns, spread(columns, columns.tops(every, most)))
+    return (heights.factor == 1) & (heights.count >= gradual(columns, np.minimum(most, fitting)))
 
 
 def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: Floats) -> tuple[Lack, ...]:
@@ -101,11 +101,12 @@ def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: 
 
     Lengths ``beside`` (c,) are those of the wall at all columns.
     """
-    found = list[Lack]()
+    found, length = list[Lack](), beside[which]
     for reason, mine in low.items():
-        if mine.mean() > LEAST_SHARES.get(reason, 0.0):
-            weight = beside[which] if reason == "edges" else np.ones(len(which))
-            found.append(Lack(reason, float(weight[mine].sum() / weight.sum()), **lowest(strips, which[mine])[0]))
+        of_wall = float(length[mine].sum() / max(length.sum(), TINY))
+        if mine.any() and of_wall >= LEAST_SHARES.get(reason, 0.0):
+            share = of_wall if reason == "edges" else float(mine.mean())
+            found.append(Lack(reason, share, **lowest(strips, which[mine])[0]))
     return tuple(found)
 
 

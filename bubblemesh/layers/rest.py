@@ -1,5 +1,6 @@
 """The rest of a domain beside its layers, as a domain of its own."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +15,9 @@ from bubblemesh.layers.fronts import Edges
 from bubblemesh.layers.heights import on_pieces, reached
 from bubblemesh.layers.strips import Strips
 from bubblemesh.records import record
+from bubblemesh.spacing.spacing import Spacing
 
+LONGEST_UNDIVIDED = 2.0  # spacings: longer fronts of flat triangles are divided
 FRONT = "front"  # label of what the layers leave, which no mesh has
 
 
@@ -29,6 +32,7 @@ class Rest:
     begin: Floats  # (p,): arc length of the whole's piece at which it begins
     rate: Floats  # (p,): change of that arc length along the piece
     straight: Booleans  # (p,): pieces along layers
+    is_flat: Booleans  # (p,): of these, the fronts of triangles that close steps and are too flat to be halved
 
     @classmethod
     def of(cls, strips: Strips) -> "Rest":
@@ -60,15 +64,26 @@ class Rest:
         matching = tuple(pair for pair in walls.domain.parts.periodic if {*pair} <= {*small.labels})
         alone = whole.corners[points]
         embedded = tuple(point for point in walls.domain.parts.points if (alone == point.at).all(axis=1).any())
-        # What matches a side of the whole gets no node that its counterpart would not have. A flat triangle that closes
-        # a step would be two with angles near 180 degrees.
-        held = np.append(np.zeros(count, bool), np.isin(beside.piece, walls.domain.periodic) | beside.is_flat)
+        # What matches a side of the whole gets no node that its counterpart would not have.
+        held = np.append(np.zeros(count, bool), np.isin(beside.piece, walls.domain.periodic))
         domain = Domain(
             small, parts=InnerParts(points=embedded, periodic=matching), held=Held(np.flatnonzero(held[order]))
         )
         rate = np.append(np.ones(count), np.diff(beside.s, axis=1)[:, 0] / straight.lengths)
         origin, first_s = np.append(bare, beside.piece), np.append(begin[bare], beside.s[:, 0])
-        return cls(strips, domain, corners, origin[order], first_s[order], rate[order], order >= count)
+        is_flat = np.append(np.zeros(count, bool), beside.is_flat)
+        return cls(strips, domain, corners, origin[order], first_s[order], rate[order], order >= count, is_flat[order])
+
+    def held_at_steps(self, spacing: Spacing) -> "Rest":
+        """The rest with fronts that get no node where triangles that close steps would be halved into flat ones.
+
+        These have angles near 180 degrees. Where a front is much longer than the spacing at one of its ends, what is
+        packed beside it would be worse.
+        """
+        boundary, flat = self.domain.boundary, np.flatnonzero(self.is_flat)
+        ends = [spacing.along(boundary, flat, s) for s in (np.zeros(len(flat)), boundary.lengths[flat])]
+        short = flat[boundary.lengths[flat] <= LONGEST_UNDIVIDED * np.minimum(*ends)]
+        return replace(self, domain=replace(self.domain, held=Held(np.union1d(self.domain.held.pieces, short))))
 
     @cached_property
     def own_nodes(self) -> int:

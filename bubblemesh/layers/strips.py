@@ -10,9 +10,11 @@ from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import Heights, places, reached
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
+from bubblemesh.spacing.rules.sources import Sources
 
 FLAT = np.radians(145)  # largest angle of a triangle that is halved
 TINY = np.finfo(float).tiny
+LOW_FAN = 0.5  # of the spacing at its foot: shorter edges of a fan's front have the edges of the wall grow from there
 
 
 class Cells(NamedTuple):
@@ -95,6 +97,17 @@ class Strips:
         along, down = last - first, below - (first + last) / 2
         cosine = np.abs((along * down).sum(axis=1)) / np.maximum(np.hypot(*along.T) * np.hypot(*down.T), TINY)
         return self.stepped & (cosine > -np.cos(FLAT))
+
+    @property
+    def low_fans(self) -> Sources:
+        """Feet of fans whose edges on the front are far shorter than those beside, and the lengths of these edges.
+
+        If the wall had no nodes for triangles that grow from there, these would divide the last cells into flat ones.
+        """
+        fans = np.flatnonzero(self.columns.fan & self.full)
+        foot, length = self.columns.pair[fans, 0], np.hypot(*np.diff(self.x[self.fronts[fans]], axis=1)[:, 0].T)
+        low = length < LOW_FAN * self.columns.spacing[foot]
+        return Sources(self.columns.at[foot[low]], length[low])
 
     @property
     def _levels(self) -> tuple[Integers, Integers, Booleans]:

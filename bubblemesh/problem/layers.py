@@ -16,9 +16,10 @@ from bubblemesh.layers.layered import HighLayerError, layered
 from bubblemesh.layers.pinches import SHORT
 from bubblemesh.layers.rest import Rest
 from bubblemesh.messages import meant
+from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.grading import Ground, LimitedSpacing
 from bubblemesh.spacing.rules.rules import limited_for_packing_across_sides
-from bubblemesh.spacing.rules.sources import short_pieces
+from bubblemesh.spacing.rules.sources import Sources, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
 LOWEST = 1e-10  # of the domain's size: lower layers are rounding
@@ -88,10 +89,17 @@ def with_layers(
     HighLayerError if a first layer is higher than the spacing across all of its walls, LimitError if there would be
     more than ``max_nodes`` nodes.
     """
+
+    def limited(sources: Sources) -> Spacing:
+        return limited_for_packing_across_sides(domain, before, sources, ground=ground).spacing
+
     rest = layered(domain, requested, packing, ladders, max_nodes)
+    low = rest.strips.low_fans
+    if len(low) and not isinstance(packing, MetricSpacing):
+        rest = layered(domain, requested, limited(low), ladders, max_nodes)
     sources = short_pieces(rest.domain, packing)
-    limited = limited_for_packing_across_sides(domain, before, sources, ground=ground)
-    return rest, limited.spacing, sources.points.reshape(-1, 2, 2)
+    beside = limited(sources)
+    return rest.held_at_steps(beside), beside, sources.points.reshape(-1, 2, 2)
 
 
 def left_out(error: HighLayerError, domain: Domain, ladders: Sequence[Ladder]) -> tuple[tuple[Ladder, ...], str]:

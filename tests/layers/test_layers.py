@@ -1,6 +1,7 @@
 """Boundary layers in meshes: exact heights, fans, ends, and what goes on beside them."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,12 +12,14 @@ from bubblemesh.arrays import members
 from bubblemesh.case import load_case
 from bubblemesh.console.report import show_quality
 from bubblemesh.errors import CaseError, LimitError
+from bubblemesh.geometry.domain import NOTHING_HELD
 from bubblemesh.layers.figures import figures
 from bubblemesh.layers.heights import reached
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
+from bubblemesh.spacing.spacing import Spacing
 
 SIDES = ["bottom", "right", "top", "left"]
 CHANNEL = {"outer": {"rectangle": [0, 0, 4, 2], "labels": SIDES}}
@@ -134,7 +137,35 @@ def test_walls_with_different_layers_meet_in_one_column():
     few, many = {"first": 0.02, "growth": 1.2, "count": 2}, {"first": 0.005, "growth": 1.3, "count": 12}
     result = run(CHANNEL, {"on": "bottom", **few}, {"on": "left", **many})
     assert row_of(result, "left")["first"]["kept"] == 1
-    assert row_of(result, "bottom")["first"]["kept"] == pytest.approx(1 - 0.1 / 4)  # but beside the other's column
+    # From there they grow by a factor of 1.7 from column to column: .005, .0085, .0145, .02.
+    assert row_of(result, "bottom")["first"]["kept"] == pytest.approx(1 - 0.3 / 4)
+
+
+LOW_FANS = {
+    "thin layers": [{"on": ["floor", "step"], "first": 0.001, "count": 5}],
+    "two kinds": [{"on": "floor", "first": 0.0008, "until": "isotropic"}, {"on": "step", "first": 0.016, "count": 4}],
+}
+
+
+@pytest.mark.parametrize("layers", LOW_FANS.values(), ids=LOW_FANS)
+def test_beside_a_low_fan_nodes_of_the_wall_are_near_each_other_and_heights_rise_along_it(layers):
+    ring = [[0, 0], [1, 0], [1, -0.6], [1.6, -0.6], [1.6, 0.8], [0, 0.8]]
+    outer = {"polygon": ring, "labels": ["floor", "step", "far", "far", "far", "far"]}
+    result = run({"outer": outer}, *layers, spacing=0.1)
+    in_layers = Measures(result.mesh.points, result.mesh.triangles[result.fields["layer"] > 0])
+    assert in_layers.angles.max() < 130
+    assert result.report["quality"]["min"] > 0.7
+
+
+def test_fronts_of_flat_triangles_that_close_steps_are_divided_if_the_spacing_asks_for_much_shorter_edges():
+    rest = prepared(CHANNEL, {"on": "bottom", "ends": "taper", **FIVE}, spacing=0.1).rest
+    rest = replace(rest, domain=replace(rest.domain, held=NOTHING_HELD))
+    flat = np.flatnonzero(rest.is_flat)
+    assert len(flat) > 2
+    length = rest.domain.boundary.lengths[flat]
+    for size, held in ((0.51 * length.max(), flat), (0.49 * length.min(), [])):
+        domain = rest.held_at_steps(Spacing(lambda x, y, d=size: np.full_like(x, d), size)).domain
+        np.testing.assert_array_equal(domain.held.pieces, held)
 
 
 def test_a_wall_that_goes_on_straight_without_layers_has_them_end_one_by_one():
