@@ -42,7 +42,7 @@ class LabelLayers:
     isotropic : bool
         Whether they go on until they are as high as wide.
     columns : int
-        Number of columns, those of fans included.
+        Number of columns, those of fans included, but not those at its ends that have lower layers of another entry.
     wanted, growth : float
         First height and ratio of heights that the case asks for.
     first : mapping of str to float
@@ -158,14 +158,14 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     """Figures of the layers with a number on a label, between the pairs ``mine`` (p,)."""
     ladder = strips.columns.ladders[number]
     columns, heights = strips.columns, strips.heights
-    which = each_once(columns.pair[mine].ravel())
+    which = _own(columns, each_once(columns.pair[mine].ravel()), number)
     count, factor = heights.count[which], heights.factor[which]
     full = (count >= heights.requested[which]) & (factor == 1)
     low = low_columns(strips, which)
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
     beyond = np.flatnonzero(mine & columns.apart & np.isfinite(across))
     jump = _median_along(across[beyond], columns.bare_widths[beyond]) if len(beyond) else None
-    requested = int(heights.requested[which[columns.ladder[which] == number]].max(initial=0))
+    requested = int(heights.requested[which].max())
     advised = _advised(ladder, requested, jump)
     return LabelLayers(
         label=label,
@@ -194,6 +194,12 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         advised=advised,
         fitting=None if advised is None else _fitting(strips, label, number, advised),
     )
+
+
+def _own(columns: Columns, which: Integers, number: int) -> Integers:
+    """Of the columns (k,) on a wall those with the layers of that number; all, if all are those of walls beside it."""
+    own = which[columns.ladder[which] == number]
+    return own if len(own) else which
 
 
 def _median_along(ratio: Floats, length: Floats) -> float:

@@ -157,6 +157,16 @@ def test_beside_a_low_fan_nodes_of_the_wall_are_near_each_other_and_heights_rise
     assert result.report["quality"]["min"] > 0.7
 
 
+def test_columns_with_the_layers_of_another_wall_are_not_counted_as_columns_of_this_one():
+    ring = [[0, 0], [1, 0], [1, -0.6], [1.6, -0.6], [1.6, 0.8], [0, 0.8]]
+    outer = {"polygon": ring, "labels": ["floor", "step", "far", "far", "far", "far"]}
+    floor = {"on": "floor", "first": 0.0002, "growth": 1.1, "count": 40}
+    problem = prepared({"outer": outer}, floor, {"on": "step", "first": 0.01, "count": 4}, spacing=0.1)
+    step = layers_of(problem, "step")
+    assert step.count["most"] == step.count["wanted"] == 4
+    assert step.lacks == ()
+
+
 def test_fronts_of_flat_triangles_that_close_steps_are_divided_if_the_spacing_asks_for_much_shorter_edges():
     rest = prepared(CHANNEL, {"on": "bottom", "ends": "taper", **FIVE}, spacing=0.1).rest
     rest = replace(rest, domain=replace(rest.domain, held=NOTHING_HELD))
