@@ -57,6 +57,22 @@ def without_folds(
         looked_at = np.flatnonzero(moved[sides].any(axis=1))
 
 
+def with_diagonals(points: Floats, triangles: Integers, quads: Integers) -> Floats:
+    """The nodes (n, 2) of triangles (t, 6) with those of the quadrilaterals' diagonals as triangles want them.
+
+    The middle node of a quadrilateral that is no parallelogram is off its diagonal. Here it is in the middle of that,
+    moved by the half of what the four sides bulge, but where a half of the pairs (q, 2) would fold over.
+    """
+    cells, moved = quadrilaterals(triangles, quads), points.copy()
+    corners = points[cells[:, :4]]  # the diagonal is from the second to the fourth one
+    moved[cells[:, 8]] += corners[:, [1, 3]].mean(axis=1) - corners.mean(axis=1)
+    halves = triangles[quads]
+    folded = folded_triangles(moved[halves[..., :3]].reshape(-1, 3, 2), moved[halves[..., 3:]].reshape(-1, 3, 2))
+    kept = cells[folded.reshape(-1, 2).any(axis=1), 8]
+    moved[kept] = points[kept]
+    return moved
+
+
 def folded_triangles(corners: Floats, middles: Floats) -> Booleans:
     """Mask (t,) of curved triangles, corners (t, 3, 2) and edge nodes (t, 3, 2), whose map is not one to one.
 

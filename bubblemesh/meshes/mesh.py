@@ -12,7 +12,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, different_rows, unmasked
 from bubblemesh.errors import CaseError, MeshWarning
-from bubblemesh.meshes.edge_nodes import without_folds
+from bubblemesh.meshes.edge_nodes import with_diagonals, without_folds
 from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_edges
 from bubblemesh.meshes.metric import at_centroids, measures_of
 from bubblemesh.meshes.partition import Partition
@@ -255,8 +255,15 @@ class Mesh:
         return replace(self, triangles=triangles, facets=self.facets[:, [1, 0, 2][: 1 + order]], partition=partition)
 
     def in_triangles(self) -> Self:
-        """The mesh without quadrilaterals: their halves are plain triangles."""
-        return replace(self, quads=self.quads[:0]) if len(self.quads) else self
+        """The mesh without quadrilaterals: their halves are plain triangles.
+
+        In a mesh of second order the node on a diagonal moves to where triangles need it: with straight sides to the
+        middle of the diagonal, which is not the middle of the quadrilateral.
+        """
+        if not len(self.quads):
+            return self
+        points = self.points if self.order == 1 else with_diagonals(self.points, self.triangles, self.quads)
+        return replace(self, points=points, quads=self.quads[:0])
 
     def partitioned(self, parts: int) -> Self:
         """The mesh with a partition of its triangles into so many parts, for a parallel solver.

@@ -63,7 +63,7 @@ def to_pyvista(mesh: Mesh) -> Any:
 
 def to_skfem(mesh: Mesh) -> Any:
     """A mesh of scikit-fem, a `MeshTri` or `MeshTri2`, with labels as boundaries and regions as subdomains."""
-    skfem = library("skfem")
+    skfem, mesh = library("skfem"), mesh.in_triangles()
     kind = skfem.MeshTri if mesh.order == 1 else skfem.MeshTri2
     found = kind(mesh.points.T.copy(), mesh.triangles.T.copy())
     numbers = _rows_of(mesh.facets[:, :2], found.facets.T, len(mesh.points))
@@ -77,6 +77,7 @@ def to_dolfinx(mesh: Mesh, comm: Any = None) -> tuple[Any, Any, Any]:
 
     The mesh is distributed over the processes of an MPI communicator, by default all processes.
     """
+    mesh = mesh.in_triangles()
     dolfinx, mpi = library("dolfinx"), import_module("mpi4py.MPI")
     comm = comm or mpi.COMM_WORLD
     mine = slice(None) if comm.rank == 0 else slice(0)

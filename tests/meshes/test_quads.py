@@ -10,6 +10,7 @@ from squares import holed_square
 
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes import division
+from bubblemesh.meshes.edge_nodes import folded_triangles
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quads import halved, quadrilaterals
 from bubblemesh.meshes.quality import signed_areas
@@ -159,6 +160,29 @@ def test_curved_edges_are_followed_and_middles_are_between():
         radius = np.hypot(*np.moveaxis(places, -1, 0))
         assert radius.min() > 1 - 0.003
         assert radius.max() < 1.25 + 0.003
+
+
+def test_halves_of_quadrilaterals_have_straight_diagonals_between_straight_sides():
+    points = np.array([[0, 0], [2, 0], [1, 1], [0, 1.5]])
+    rim = np.array([[0, 1], [1, 2], [2, 3], [3, 0]])
+    flat = Mesh(points, np.array([[0, 1, 2], [0, 2, 3]]), rim, np.zeros(4, int), ("rim",), quads=np.array([[0, 1]]))
+    mesh, _ = flat.second_order()
+    (middle,) = set(mesh.triangles[0, 3:].tolist()) & set(mesh.triangles[1, 3:].tolist())
+    np.testing.assert_array_equal(mesh.points[middle], points.mean(axis=0))
+    halves = mesh.in_triangles()
+    np.testing.assert_allclose(halves.points[middle], [0.5, 0.5], rtol=0, atol=1e-15)
+    others = np.arange(len(mesh.points)) != middle
+    np.testing.assert_array_equal(halves.points[others], mesh.points[others])
+
+
+@pytest.mark.parametrize("thickness", [0.002, 0.01, 0.1])
+def test_diagonals_of_layers_on_a_curve_bulge_as_these_do_and_halves_do_not_fold(thickness):
+    mesh, _ = ring(8, (0, thickness, 2 * thickness)).second_order()
+    halves = mesh.in_triangles()
+    assert not folded_triangles(halves.points[halves.triangles[:, :3]], halves.points[halves.triangles[:, 3:]]).any()
+    radius = np.hypot(*halves.points.T)
+    assert radius.min() > 1 - 0.01
+    assert radius.max() < 1 + 2 * thickness + 0.01
 
 
 def test_layers_thinner_than_the_bulge_of_their_wall_stay_curved():
