@@ -63,12 +63,13 @@ def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         heights = f", first {row['wanted']:.3g} x {first['mean']:.3f} (kept on {first['kept']:.1%})" if angle else ""
         aspect = f", aspect {row['aspect']:.3g}" if first else ""
         upright = f", {angle['least']:.0f} degrees upright or more" if angle else ""
+        flattest = "" if row["angle_max"] is None else f", angles up to {row['angle_max']['degrees']:.1f} degrees"
         beyond = "" if row["across_front"] is None else f", {row['across_front']:.2f} times the last one beyond"
         if beyond and (most := row["farthest"])["ratio"] > FAR_BEYOND:
             beyond += f" (up to {most['ratio']:.3g} at {place(most['at'])})"
         yield (
             f"{row['label']}{where}: {number} in {counted(row['columns'], 'column')}, {row['complete']:.1%} complete"
-            f"{heights}{aspect}{upright}{beyond}"
+            f"{heights}{aspect}{upright}{flattest}{beyond}"
         )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, cross, each_once, turned_left
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import gradual, layers_within
+from bubblemesh.layers.joining import Joined
 from bubblemesh.layers.lacks import Lack, lacks, low_columns, lowest
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder
 from bubblemesh.layers.obstacles import Obstacles
@@ -18,10 +19,13 @@ from bubblemesh.layers.standing import columns_on
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
 from bubblemesh.meshes.edges import find_sides
+from bubblemesh.meshes.quality import Measures
+from bubblemesh.messages import place
 from bubblemesh.packing.net import Net
 from bubblemesh.records import record
 
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
+FLAT = 175.0  # degrees: larger angles of the cells are told
 FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
 MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not what makes sizes jump
 NEARLY = 0.05  # relative difference of a first height from the requested one
@@ -69,6 +73,9 @@ class LabelLayers:
         ``mean`` and ``least`` angle in degrees between columns and the wall.
     aspect : float
         Largest ratio of a cell's width to its height.
+    angle_max : mapping or None
+        The largest angle in ``degrees`` of the cells as triangles, and the place ``at`` of their middle; unknown before
+        the triangles beside them are there.
     across_front : float or None
         Median along the wall of the ratio of heights across the front, fans left out: of packed triangles on it to the
         last layer.
@@ -98,6 +105,7 @@ class LabelLayers:
     thickness: float
     orthogonality: Mapping[str, float]
     aspect: float
+    angle_max: Mapping[str, Any] | None
     across_front: float | None
     farthest: Mapping[str, Any] | None
     advised: int | None
@@ -107,6 +115,17 @@ class LabelLayers:
     def lacking(self) -> list[str]:
         """Warnings of columns that are much lower than asked for, one for each reason."""
         return [f"layers on {self.label!r}: {lack.told(self.compressed)}" for lack in self.lacks]
+
+    @property
+    def flat(self) -> str | None:
+        """Warning of triangles with an angle near 180 degrees, if there are any."""
+        if self.angle_max is None or self.angle_max["degrees"] <= FLAT:
+            return None
+        return (
+            f"layers on {self.label!r}: a triangle of them at {place(self.angle_max['at'])} has an angle of "
+            f"{self.angle_max['degrees']:.1f} degrees: make the spacing on the wall finer there; in a sharp notch "
+            "it is as it has to be"
+        )
 
     @property
     def jumping(self) -> str | None:
@@ -136,11 +155,14 @@ class LabelLayers:
         return f"{told}: until: isotropic, or count: {self.advised} lets sizes pass without a jump"
 
 
-def figures(strips: Strips, beyond: Floats | None = None) -> tuple[LabelLayers, ...]:
-    """Figures of the layers on each label, in the order of the case; ``beyond`` (p,) is as of `beyond_fronts`."""
+def figures(strips: Strips, beyond: Floats | None = None, joined: Joined | None = None) -> tuple[LabelLayers, ...]:
+    """Figures of the layers on each label, in the order of the case.
+
+    After the packing ``beyond`` (p,) is as of `beyond_fronts`, and the cells are ``joined`` to what was packed.
+    """
     across = np.full(len(strips.columns.pair), np.nan) if beyond is None else beyond
     return tuple(
-        _on(strips, label, k, mine, across)
+        replace(_on(strips, label, k, mine, across), angle_max=None if joined is None else _largest_angle(joined, mine))
         for k, ladder in enumerate(strips.columns.ladders)
         for label in ladder.labels
         if (mine := _pairs_of(strips.columns, strips.walls, label, k)).any()
@@ -189,11 +211,22 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
         thickness=float(strips.height[which].mean()),
         orthogonality={"mean": float(angle.mean()), "least": float(angle.min())} if len(angle) else {},
         aspect=aspect,
+        angle_max=None,
         across_front=jump,
         farthest=_farthest(strips, beyond, across[beyond]),
         advised=advised,
         fitting=None if advised is None else _fitting(strips, label, number, advised),
     )
+
+
+def _largest_angle(joined: Joined, mine: Booleans) -> dict[str, Any] | None:
+    """The largest angle of the cells between pairs ``mine`` (p,), and the middle of that triangle; None without any."""
+    cells, x = joined.cells[mine[joined.pairs]], joined.net.bubbles.x
+    if len(cells) == 0:
+        return None
+    angles = Measures(x, cells).angles.max(axis=1)
+    flattest = angles.argmax()
+    return {"degrees": float(angles[flattest]), "at": tuple(x[cells[flattest]].mean(axis=0).tolist())}
 
 
 def _own(columns: Columns, which: Integers, number: int) -> Integers:

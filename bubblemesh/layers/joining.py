@@ -22,6 +22,7 @@ class Joined(NamedTuple):
     net: Net  # without a list of edges
     number: Integers  # (n,): of each node of the strips, -1 for those that are not there
     cells: Integers  # (t, 3): triangles of the layers
+    pairs: Integers  # (t,): of columns that each of them is between
     halves: Integers  # (q, 2): rows of two of these that are one quadrilateral
 
 
@@ -31,7 +32,7 @@ def joined(rest: Rest, net: Net, spacing: Spacing) -> Joined:
     count, fixed, inside = len(strips.x), len(whole.boundary.corners), len(own) - own.boundary_count
     known = np.append(rest.corners, count + np.arange(len(own) - own.corners))
     edges, between = _nodes_on_fronts(rest, own)
-    cells, halves = _divided(strips, edges, between)
+    cells, pairs, halves = _divided(strips, edges, between)
     layer_piece, layer_s = _on_whole(strips)
     origin = rest.origin[own.piece]
     piece = np.concatenate([layer_piece, origin, np.full(inside, -1)])
@@ -51,7 +52,7 @@ def joined(rest: Rest, net: Net, spacing: Spacing) -> Joined:
     bubbles = Bubbles(x[order], spacing.extended(x[order]), piece[slides], s[slides], fixed, np.zeros(len(order), bool))
     triangles = number[np.concatenate([cells, known[net.triangles]])]
     joint = replace(unconnected(bubbles, whole), triangles=triangles)
-    return Joined(joint, number[:count], number[cells], halves)
+    return Joined(joint, number[:count], number[cells], pairs, halves)
 
 
 def _on_whole(strips: Strips) -> tuple[Integers, Floats]:
@@ -75,13 +76,14 @@ def _nodes_on_fronts(rest: Rest, own: Bubbles) -> tuple[Integers, list[Integers]
     return ends, np.split(len(rest.strips.x) + mine, first[1:]) if len(mine) else []
 
 
-def _divided(strips: Strips, edges: Integers, between: Sequence[Integers]) -> tuple[Integers, Integers]:
+def _divided(strips: Strips, edges: Integers, between: Sequence[Integers]) -> tuple[Integers, Integers, Integers]:
     """Triangles (t, 3) of the layers, with nodes ``between`` the ends of edges (k, 2) at their rim.
 
-    The rows (q, 2) of the pairs of triangles that still are quadrilaterals come second.
+    The pairs (t,) of columns that they are between come second, the rows (q, 2) of two triangles that still are a
+    quadrilateral last.
     """
     cells = strips.cells
-    triangles, q = cells.triangles, len(cells.diagonals)
+    triangles, pair, q = cells.triangles, cells.pair, len(cells.diagonals)
     undivided = np.ones(q, bool)
     left = list(range(len(edges)))
     while left:
@@ -104,9 +106,10 @@ def _divided(strips: Strips, edges: Integers, between: Sequence[Integers]) -> tu
             if cell < 2 * q:
                 undivided[cell % q] = False
         triangles = np.concatenate([triangles, *(some[1:] for some in parts.values())])
+        pair = np.concatenate([pair, *(np.full(len(some) - 1, pair[cell]) for cell, some in parts.items())])
         left = later
-    pairs = np.column_stack([np.arange(q), q + np.arange(q)])
-    return triangles, pairs[undivided & strips.are_quads]
+    halves = np.column_stack([np.arange(q), q + np.arange(q)])
+    return triangles, pair, halves[undivided & strips.are_quads]
 
 
 def _across(halves: Integers, edge: Integers) -> Integers:

@@ -23,6 +23,7 @@ class Cells(NamedTuple):
     triangles: Integers  # (t, 3): counter-clockwise
     diagonals: Integers  # (q, 2): edges between two triangles that are one quadrilateral
     pair_of_quad: Integers  # (q,): pair of columns
+    pair: Integers  # (t,): the same of each triangle
 
 
 @record
@@ -143,11 +144,12 @@ class Strips:
         corners, pair = self.quads
         first = self._split_from_first(self.x[corners])
         a, b, c, d = np.where(first[:, None], corners, np.roll(corners, -1, axis=1)).T
-        three, _ = self.triangles
+        three, pair_of_three = self.triangles
         return Cells(
             np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d]), three]),
             np.column_stack([a, c]),
             pair,
+            np.concatenate([pair, pair, pair_of_three]),
         )
 
     @property

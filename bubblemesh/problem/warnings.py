@@ -243,8 +243,9 @@ def low_layers(found: "Sequence[LabelLayers]") -> list[str]:
 
 
 def jumps_at_layers(found: "Sequence[LabelLayers] | None") -> list[str]:
-    """Warnings of layers beside which triangles are much higher."""
-    return [layers.jumping for layers in found or () if layers.jumping is not None]
+    """Warnings of layers beside which triangles are much higher, or much smaller, so that cells are flat."""
+    told = [text for layers in found or () for text in (layers.flat, layers.jumping)]
+    return [text for text in told if text is not None]
 
 
 def nodes_of_layers(nodes: int, own: float, scale: float) -> list[str]:

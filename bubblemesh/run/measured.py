@@ -68,7 +68,7 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
     packed = measures_in(problem.spacing, net.bubbles.x, net.triangles)
     of_packed = mesh_figures(packed, problem.spacing.between)
     found = mesh_figures(measures, None) | {name: of_packed[name] for name in ("quality", "spacing")}
-    layers = figures(rest.strips, beyond_fronts(rest, net))
+    layers = figures(rest.strips, beyond_fronts(rest, net), whole)
     fields = _fields(measures, problem) | {LAYER: layer_of_triangles(mesh, whole, rest.strips)}
     metric = metric_row(packed, problem)
     return Measured(mesh, fields, found, area_error(mesh, measures), departure, layers, metric)

@@ -157,6 +157,22 @@ def test_beside_a_low_fan_nodes_of_the_wall_are_near_each_other_and_heights_rise
     assert result.report["quality"]["min"] > 0.7
 
 
+def test_the_largest_angle_of_the_cells_is_told_and_warned_of_near_180_degrees():
+    outer = {"rectangle": [0, 0, 2, 1], "labels": SIDES}
+    result = run({"outer": outer}, {"on": "bottom", "ends": "taper", "first": 0.02, "count": 3}, spacing=0.2)
+    (row,) = result.report["layers"]
+    in_layers = result.mesh.triangles[result.fields["layer"] > 0]
+    angles = Measures(result.mesh.points, in_layers).angles.max(axis=1)
+    assert row["angle_max"]["degrees"] == angles.max()
+    np.testing.assert_array_equal(row["angle_max"]["at"], result.mesh.points[in_layers[angles.argmax()]].mean(axis=0))
+    (found,) = figures(prepared({"outer": outer}, {"on": "bottom", **FIVE}, spacing=0.2).rest.strips)
+    assert found.angle_max is None
+    assert found.flat is None
+    told = [replace(found, angle_max={"degrees": d, "at": (1.0, 0.5)}).flat for d in (174.0, 176.0)]
+    assert told[0] is None
+    assert "a triangle of them at (1, 0.5) has an angle of 176.0 degrees: make the spacing on the wall finer" in told[1]
+
+
 def test_columns_with_the_layers_of_another_wall_are_not_counted_as_columns_of_this_one():
     ring = [[0, 0], [1, 0], [1, -0.6], [1.6, -0.6], [1.6, 0.8], [0, 0.8]]
     outer = {"polygon": ring, "labels": ["floor", "step", "far", "far", "far", "far"]}
