@@ -10,7 +10,7 @@ PACKAGE = ROOT / "bubblemesh"
 PAGE = ROOT / "docs" / "messages.md"
 ROOMS = ("readers", "geometry", "layers", "files")
 PROBLEM = ("domain", "drawing", "embedded", "layers", "possible", "prepare", "regions", "repair", "shapes")
-ERRORS = ("CaseError", "FileError", "GeometryError", "HighLayerError", "LimitError")
+ERRORS = ("CaseError", "FileError", "GeometryError", "HighLayerError", "LimitError", "UnwrittenError")
 WORD = re.compile(r"[a-z]{3}")
 QUOTED = re.compile(r"^\| `([^`]+)` \|", re.MULTILINE)
 
