@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from bubblemesh.packing.configure import all_options, options
-from bubblemesh.packing.ellipses.schemes import UNUSED
-from bubblemesh.packing.methods import COLUMNS, METHODS
+from bubblemesh.packing.methods import METHODS
 
 PAGE = Path(__file__).with_name("methods.md")
 
@@ -19,9 +18,6 @@ def made(text: str) -> str:
 def table() -> list[str]:
     """Lines of the table: each key, its value in each method that uses it, and what it means."""
     values = {name: options(method) for name, method in METHODS.items()}
-    for name, keys in UNUSED.items():
-        for key in keys:
-            del values["ellipses"][COLUMNS[name].section][key]
     rows = [["key", *METHODS, "meaning"], ["---"] * (len(METHODS) + 2)]
     for option in all_options():
         shown = (str(value[option.section].get(option.key, "")) for value in values.values())

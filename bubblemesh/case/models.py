@@ -46,7 +46,7 @@ from bubblemesh.process.limits import unlimited_memory, within
 from bubblemesh.spacing.expression import check_parameter_name
 
 if TYPE_CHECKING:
-    from bubblemesh.packing.methods import Method
+    from bubblemesh.packing.method import Method
 
 T = TypeVar("T")
 

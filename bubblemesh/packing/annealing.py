@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import field
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from dataclasses import field, replace
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
@@ -49,43 +49,40 @@ ONLY = Rank()
 
 
 @record
-class NoAnnealing:
-    """No annealing."""
+class NoCycles:
+    """Zero cycles: no annealing, of circles or of ellipses."""
 
     shake_steps: ClassVar[int] = 0
-
-    def __call__(
-        self,
-        net: Net,
-        domain: Domain,
-        spacing: Spacing,
-        random: np.random.Generator,
-        relax: Relax,
-        rank: Rank = ONLY,
-        dynamics: Dynamics | None = None,
-    ) -> tuple[Net, Relaxed]:
-        """The bubbles as they are."""
-        return net, Relaxed.none(net.bubbles)
 
     def cycles(self, bubbles: int, rank: Rank = ONLY) -> int:
         """Zero, whatever the number of bubbles."""
         return 0
 
-    def by_size(self, bubbles: int) -> float:
-        """Zero, whatever the number of bubbles."""
-        return 0.0
-
-    def sparing(self, calm: Calm) -> "NoAnnealing":
+    def sparing(self, calm: Calm) -> Self:
         """No annealing either: there is none to spare bubbles from."""
+        return self
+
+    def scaled(self, share: float) -> Self:
+        """No annealing either."""
+        return self
+
+    def fast(self) -> Self:
+        """No annealing either."""
         return self
 
 
 @record
-class Annealing:
-    """Displacement, again and again and less and less, of bubbles without six neighbours and of those next to them.
+class NoAnnealing(NoCycles):
+    """No annealing."""
 
-    On the coarse levels grain boundaries heal, and what is left of them is in the right places.
-    """
+    def __call__(self, net: Net, *given: object) -> tuple[Net, Relaxed]:
+        """The bubbles as they are."""
+        return net, Relaxed.none(net.bubbles)
+
+
+@record
+class AnnealingCycles:
+    """Parameters of annealing, of circles or of ellipses, and the number of its cycles."""
 
     effort: Effort = "normal"
     amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.18
@@ -97,6 +94,30 @@ class Annealing:
         Le(1_000_000_000),
         Doc("levels with more bubbles get fewer cycles in proportion, at least 2, 20 or 40"),
     ] = 4000
+
+    def by_size(self, bubbles: int, worth: float = 1.0) -> float:
+        """Number of cycles of so many bubbles, before the rank of their level counts.
+
+        ``worth`` is the part of the fewest cycles of large levels that these need.
+        """
+        share = min(1, self.fully_shaken / bubbles)
+        return max(CYCLES[self.effort] * share, FEWEST_CYCLES[self.effort] * worth)
+
+    def scaled(self, share: float) -> Self:
+        """Annealing of a share of a packing, with as many cycles as the whole would have."""
+        return replace(self, fully_shaken=max(round(share * self.fully_shaken), 1))
+
+    def fast(self) -> Self:
+        """Annealing with the least effort."""
+        return replace(self, effort="fast")
+
+
+@record
+class Annealing(AnnealingCycles):
+    """Displacement, again and again and less and less, of bubbles without six neighbours and of those next to them.
+
+    On the coarse levels grain boundaries heal, and what is left of them is in the right places.
+    """
 
     def __call__(
         self,
@@ -142,14 +163,6 @@ class Annealing:
         times = TIMES[self.effort]
         worth = 1.0 if rank.coarser else min(disorder / DISORDERED, 1.0)
         return math.ceil(times[min(rank.finer, len(times) - 1)] * self.by_size(bubbles, worth))
-
-    def by_size(self, bubbles: int, worth: float = 1.0) -> float:
-        """Number of cycles of so many bubbles, before the rank of their level counts.
-
-        ``worth`` is the part of the fewest cycles of large levels that these need.
-        """
-        share = min(1, self.fully_shaken / bubbles)
-        return max(CYCLES[self.effort] * share, FEWEST_CYCLES[self.effort] * worth)
 
     def sparing(self, calm: Calm) -> "Annealing":
         """Annealing of all but calm bubbles, which are left alone."""

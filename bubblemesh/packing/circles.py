@@ -4,15 +4,21 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from bubblemesh.arrays import Booleans, Floats
-from bubblemesh.packing.annealing import Rank
+from bubblemesh.packing.annealing import Annealing, NoAnnealing, Rank
 from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.levels import refined
-from bubblemesh.packing.methods import Method
+from bubblemesh.packing.mending import Mending, NoMending
+from bubblemesh.packing.method import Method
+from bubblemesh.packing.motion import Motion
 from bubblemesh.packing.net import Net, connect, connect_inside
-from bubblemesh.packing.population import Change
+from bubblemesh.packing.population import Change, Population
 from bubblemesh.packing.progress import CONNECTING, Stage
-from bubblemesh.packing.relaxation import Dynamics, Relaxed
+from bubblemesh.packing.relaxation import Dynamics, Relaxation, Relaxed
 from bubblemesh.packing.setting import Setting
+from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
+from bubblemesh.packing.viscosity import Viscosity
+from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 IN_ORDER = 0.02  # share of disordered bubbles up to which a start needs no more steps than any other round
@@ -22,36 +28,44 @@ SMOOTHING = 60.0  # a pass
 MENDING, MENDING_AT_LEAST = 25.0, 4e5
 
 
+@record
+class CircleMethod(Method):
+    """A method that packs circles."""
+
+    in_metric: ClassVar[bool] = False
+
+    relaxation: Relaxation
+    force: VanDerWaals
+    motion: Motion
+    population: Population
+    annealing: NoAnnealing | Annealing
+    smoothing: NoSmoothing | Smoothing
+    mending: NoMending | Mending
+    viscosity: Viscosity
+
+    def packing(self, start: Bubbles, spacing: Spacing, setting: Setting) -> "CirclePacking":
+        return CirclePacking(connect(start, setting.domain), spacing, self, setting)
+
+    def finishing_work(self, bubbles: int) -> float:
+        mended = self.smoothing.shape_steps > 0 and self.mending.attempts > 0
+        mending = MENDING * bubbles + MENDING_AT_LEAST if mended else 0.0
+        return self.smoothing.passes * SMOOTHING * bubbles + mending
+
+
 @dataclass
 class CirclePacking:
     """Bubbles on the level at hand; it alone holds the net, which takes most of the memory."""
 
     net: Net
     spacing: Spacing
+    method: CircleMethod
     setting: Setting
-
-    @classmethod
-    def of(cls, start: Bubbles, spacing: Spacing, setting: Setting) -> "CirclePacking":
-        """The bubbles of a start, connected."""
-        return cls(connect(start, setting.domain), spacing, setting)
-
-    @staticmethod
-    def cycles(method: Method, bubbles: int, rank: Rank) -> int:
-        """Expected number of cycles of annealing."""
-        return method.annealing.cycles(bubbles, rank)
-
-    @staticmethod
-    def finishing_work(method: Method, bubbles: int) -> float:
-        """Expected cost of the end of a packing, in steps of relaxation of one bubble."""
-        mended = method.smoothing.shape_steps > 0 and method.mending.attempts > 0
-        mending = MENDING * bubbles + MENDING_AT_LEAST if mended else 0.0
-        return method.smoothing.passes * SMOOTHING * bubbles + mending
 
     def refine(self, spacing: Spacing) -> None:
         """Refine the bubbles for the next level's spacing."""
-        domain, method = self.setting.domain, self.setting.method
+        domain = self.setting.domain
         self.spacing, self.net = spacing, refined(self.net, domain, spacing)
-        start = method.placement.again(self.net.bubbles, domain, spacing)
+        start = self.method.placement.again(self.net.bubbles, domain, spacing)
         if start is not self.net.bubbles:
             self.net = connect(start, domain)
 
@@ -81,7 +95,7 @@ class CirclePacking:
         A relaxation is repeated while bubbles are lost at the boundary. Between the passes of the smoothing the
         population is controlled, and after them the worst triangles are mended.
         """
-        domain, method, random, progress = self.setting
+        method, (domain, random, progress) = self.method, self.setting
         total, inserted = Relaxed.none(self.net.bubbles), 0
         for _ in range(method.smoothing.last_relaxations):
             relaxed = self._relaxed(self.net, self._steps(stage, number), number, odd)
@@ -101,16 +115,15 @@ class CirclePacking:
 
     def _steps(self, stage: Stage, number: int) -> int:
         opening = stage.opening and number == 0 and self.net.disorder > IN_ORDER
-        return self.setting.method.termination.steps(opening)
+        return self.method.termination.steps(opening)
 
     def _relaxed(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
         """The bubbles after steps of a round; if ``odd``, those that were touched have a viscosity of their own."""
-        domain, method, _, _ = self.setting
-        return method.relaxation(net, domain, self.spacing, self._dynamics(number, odd), steps)
+        return self.method.relaxation(net, self.setting.domain, self.spacing, self._dynamics(number, odd), steps)
 
     def _dynamics(self, number: int = 0, odd: bool = False) -> Dynamics:
         """The motion in a round, whose steps count as progress."""
-        method, progress = self.setting.method, self.setting.progress
+        method, progress = self.method, self.setting.progress
 
         def viscosities(some: range, touched: Booleans) -> list[Floats | float]:
             of_normal = [method.viscosity(step, number) for step in some]
@@ -124,7 +137,7 @@ class CirclePacking:
 
     def _annealed(self, rank: Rank) -> tuple[Net, Relaxed]:
         """Net and relaxation after annealing on a level of that rank; kernels go through its cycles where they can."""
-        domain, method, random, _ = self.setting
+        method, (domain, random, _) = self.method, self.setting
         compiled = method.relaxation.is_compiled(method.motion, method.annealing.shake_steps)
         dynamics = self._dynamics() if compiled else None
         return method.annealing(self.net, domain, self.spacing, random, self._relaxed, rank, dynamics)
@@ -142,5 +155,5 @@ class CirclePacking:
 
     def _change(self) -> Change:
         """The change of the population, as the method controls it."""
-        domain, method, random, _ = self.setting
+        method, (domain, random, _) = self.method, self.setting
         return method.population(self.net, domain, self.spacing, random)

@@ -10,7 +10,8 @@ from typing_extensions import Doc
 
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import either, meant
-from bubblemesh.packing.methods import COLUMNS, METHODS, Method
+from bubblemesh.packing.method import Method
+from bubblemesh.packing.methods import COLUMNS, METHODS, Column
 
 STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 CHOICES = {(column.section, column.key): name for name, column in COLUMNS.items() if column.key is not None}
@@ -20,14 +21,14 @@ class OptionError(CaseError):
     """A method, or a key of one of its sections, that cannot be used."""
 
     def __init__(self, section: str, key: str | None, message: str) -> None:
-        super().__init__(message)
+        super().__init__(message if key is None else f"{section}.{key}: {message}")
         self.section = section
         self.key = key
         self.message = message
         self.others: tuple[OptionError, ...] = ()  # faults of further keys
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.section, self.key, str(self)), vars(self)
+        return type(self), (self.section, self.key, self.message), vars(self) | {"args": self.args}
 
 
 class Option(NamedTuple):
@@ -52,9 +53,7 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
         names = _columns_of(row, section, key)
         try:
             if not names:
-                raise OptionError(
-                    section, key, f"the method {method!r} does not use this key: {_meant(row, section, key)}"
-                )
+                raise OptionError(section, key, _unused(method, row, section, key))
             value = _checked(type(getattr(row, names[0])), section, key, given[section][key])
         except OptionError as error:
             faults.append(error)
@@ -65,6 +64,15 @@ def configured(method: str, packing: Mapping[str, Any], schedule: Mapping[str, A
         faults[0].others = tuple(faults[1:])
         raise faults[0]
     return replace(row, **{name: replace(getattr(row, name), **values) for name, values in changes.items()})
+
+
+def _unused(method: str, row: Method, section: str, key: str) -> str:
+    """Why a method does not use a key, and what to do."""
+    of_ellipses = [kind for column in COLUMNS.values() for kind in column.ellipses.values()]
+    known = any((section, key) == (option.section, option.key) for option in all_options())
+    if row.in_metric and known and not any(key in _hints(kind) for kind in of_ellipses):
+        return "it has no effect in a metric: leave it out"
+    return f"the method {method!r} does not use this key: {_meant(row, section, key)}"
 
 
 def _meant(row: Method, section: str, key: str) -> str:
@@ -82,7 +90,7 @@ def _meant(row: Method, section: str, key: str) -> str:
         f"{column.section}.{column.key}: {name}"
         for column in COLUMNS.values()
         if column.section == section and column.key is not None
-        for name, kind in column.schemes.items()
+        for name, kind in column.schemes(row).items()
         if key in _hints(kind)
     ]
     if schemes:
@@ -104,7 +112,7 @@ def unused_keys(method: str, packing: Mapping[str, Any], schedule: Mapping[str, 
 def options(method: Method) -> dict[str, dict[str, Any]]:
     """All keys of a method with their values, by section."""
     found: dict[str, dict[str, Any]] = {column.section: {} for column in COLUMNS.values()}
-    for name, column in COLUMNS.items():
+    for name, column in _columns(method).items():
         found[column.section] |= vars(getattr(method, name))
     for (section, key), name in CHOICES.items():
         found[section][key] = _scheme_name(method, name)
@@ -117,10 +125,10 @@ def all_options() -> list[Option]:
     for column in COLUMNS.values():
         section, key = column.section, column.key
         if key is not None:
-            summaries = ((name, str(kind.__doc__).partition("\n")[0]) for name, kind in column.schemes.items())
+            summaries = ((name, str(kind.__doc__).partition("\n")[0]) for name, kind in column.circles.items())
             meaning = " ".join(f"`{name}`: {summary}" for name, summary in summaries)
-            found[section, key] = Option(section, key, meaning, {"enum": list(column.schemes)})
-        for kind in column.schemes.values():
+            found[section, key] = Option(section, key, meaning, {"enum": list(column.circles)})
+        for kind in column.circles.values():
             for key, hint in _hints(kind).items():
                 (meaning,) = (note.documentation for note in get_args(hint) if isinstance(note, Doc))
                 found[section, key] = Option(section, key, meaning, TypeAdapter(hint).json_schema())
@@ -135,10 +143,13 @@ def _with_schemes(method: str, given: Mapping[str, Mapping[str, Any]]) -> Method
     for (section, key), name in CHOICES.items():
         if key not in given[section]:
             continue
-        known, chosen = COLUMNS[name].schemes, given[section][key]
-        if not isinstance(chosen, str) or chosen not in known:
+        column, chosen = COLUMNS[name], given[section][key]
+        known = column.schemes(row)
+        if not isinstance(chosen, str) or chosen not in column.circles:
             problem = f"there is no such scheme: {meant(str(chosen), known)} (found {chosen!r})"
             raise OptionError(section, key, problem)
+        if chosen not in known:
+            raise OptionError(section, key, f"in a metric only {either(list(known))} is possible: leave it out")
         kind, own = known[chosen], getattr(row, name)
         if kind is not type(own):
             shared = {field.name: value for field in fields(kind) if (value := vars(own).get(field.name)) is not None}
@@ -153,7 +164,13 @@ def _parameters(given: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]
 
 def _columns_of(row: Method, section: str, key: str) -> list[str]:
     """Names of the columns whose schemes have the parameter."""
-    return [name for name, column in COLUMNS.items() if column.section == section and key in vars(getattr(row, name))]
+    columns = _columns(row).items()
+    return [name for name, column in columns if column.section == section and key in vars(getattr(row, name))]
+
+
+def _columns(method: Method) -> dict[str, Column]:
+    """The columns that a method has."""
+    return {name: column for name, column in COLUMNS.items() if column.schemes(method)}
 
 
 def _checked(kind: Any, section: str, key: str, value: Any) -> Any:
@@ -179,4 +196,4 @@ def _hints(kind: type[Any]) -> dict[str, Any]:
 
 def _scheme_name(method: Method, column: str) -> str:
     """Name of the method's scheme in a case."""
-    return next(name for name, kind in COLUMNS[column].schemes.items() if kind is type(getattr(method, column)))
+    return next(name for name, kind in COLUMNS[column].schemes(method).items() if kind is type(getattr(method, column)))

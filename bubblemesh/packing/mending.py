@@ -45,19 +45,14 @@ class NoMending:
 
     attempts: ClassVar[int] = 0
 
-    def __call__(
-        self, net: Net, domain: Domain, spacing: Spacing, smoothing: AnySmoothing, random: np.random.Generator
-    ) -> Net:
+    def __call__(self, net: Net, *given: object) -> Net:
         """The net as it is."""
         return net
 
 
 @record
-class Mending:
-    """Random displacements around the worst triangles, smoothed, and kept where a patch gets better.
-
-    Without smoothing there is no mending either.
-    """
+class MendingAttempts:
+    """Parameters of mending, of circles or of ellipses."""
 
     effort: Effort = "normal"
     mend_attempts: Annotated[
@@ -70,6 +65,14 @@ class Mending:
     def attempts(self) -> int:
         """Number of attempts at each of the worst triangles."""
         return TIMES[self.effort] * self.mend_attempts
+
+
+@record
+class Mending(MendingAttempts):
+    """Random displacements around the worst triangles, smoothed, and kept where a patch gets better.
+
+    Without smoothing there is no mending either.
+    """
 
     def __call__(
         self, net: Net, domain: Domain, spacing: Spacing, smoothing: AnySmoothing, random: np.random.Generator

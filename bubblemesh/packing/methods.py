@@ -4,59 +4,29 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.annealing import Annealing, NoAnnealing
-from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.circles import CircleMethod
+from bubblemesh.packing.ellipses.annealing import EllipseAnnealing, EllipseRelaxation, NoEllipseAnnealing
+from bubblemesh.packing.ellipses.mending import EllipseMending, NoEllipseMending
+from bubblemesh.packing.ellipses.packing import EllipseMethod
+from bubblemesh.packing.ellipses.population import EllipseDefects
+from bubblemesh.packing.ellipses.smoothing import EllipseSmoothing, NoEllipseSmoothing
 from bubblemesh.packing.forces import VanDerWaals
-from bubblemesh.packing.levels import Doubling, Levels, SingleLevel
+from bubblemesh.packing.levels import Doubling, SingleLevel
 from bubblemesh.packing.mending import Mending, NoMending
-from bubblemesh.packing.motion import ClassicalRungeKutta, Motion, SecondOrderEuler, SemiImplicitEuler
-from bubblemesh.packing.placement import Perturbation, Placement
+from bubblemesh.packing.method import Method
+from bubblemesh.packing.motion import ClassicalRungeKutta, SecondOrderEuler, SemiImplicitEuler
+from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.placement.lattice import HexagonalLattice
 from bubblemesh.packing.placement.subdivision import HierarchicalSubdivision
-from bubblemesh.packing.population import Defects, Population, Thresholds
-from bubblemesh.packing.relaxation import Connected, Nearby, Relaxation
+from bubblemesh.packing.population import Defects, Thresholds
+from bubblemesh.packing.relaxation import Connected, Nearby
 from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
-from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled, Termination
-from bubblemesh.packing.viscosity import Constant, NoOddBubbles, OddBubbles, SawTooth, Viscosity
-from bubblemesh.records import record
-from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.packing.termination import FixedRounds, SelfAdaptive, Settled
+from bubblemesh.packing.viscosity import Constant, NoOddBubbles, OddBubbles, SawTooth
 
-
-@record
-class Method:
-    """A packing method: one scheme, with its parameters, for each task."""
-
-    levels: Levels
-    placement: Placement
-    perturbation: Perturbation
-    relaxation: Relaxation
-    force: VanDerWaals
-    motion: Motion
-    population: Population
-    annealing: NoAnnealing | Annealing
-    smoothing: NoSmoothing | Smoothing
-    mending: NoMending | Mending
-    viscosity: Viscosity
-    odd: NoOddBubbles | OddBubbles
-    termination: Termination
-
-    def started(
-        self, domain: Domain, spacing: Spacing, expected_nodes: float, max_nodes: int
-    ) -> tuple[tuple[Spacing, ...], Bubbles]:
-        """The spacings of the levels, the coarsest first, and the bubbles of that one before any motion.
-
-        LimitError if there would be many more than ``max_nodes`` of them.
-        """
-        placement = self.placement.fitted(domain, spacing, expected_nodes)
-        levels = (spacing,) if placement.in_order else self.levels(domain, spacing, expected_nodes)
-        if len(levels) > 1:
-            placement = self.placement.fitted(domain, levels[0], halvings=len(levels) - 1)
-        return levels, placement(domain, levels[0], max_nodes)
-
-
-FNPBS = Method(
+FNPBS = CircleMethod(
     levels=SingleLevel(),
     placement=HierarchicalSubdivision(w1=1.0, w2=1.0),
     perturbation=Perturbation(),
@@ -72,7 +42,23 @@ FNPBS = Method(
     termination=FixedRounds(),
 )
 
-METHODS = {
+# What a case with a metric is packed by: the multilevel method for ellipses, on one level.
+ELLIPSES = EllipseMethod(
+    levels=SingleLevel(),
+    placement=ErrorDiffusion(),
+    perturbation=Perturbation(),
+    relaxation=EllipseRelaxation(),
+    motion=SemiImplicitEuler(),
+    population=EllipseDefects(delete_shorter=0.72, insert_longer=1.5, insert_longer_at_crowd=1.3),
+    annealing=EllipseAnnealing(amplitude_at_boundary=0.5),
+    smoothing=EllipseSmoothing(passes=6, shape_steps=4, spacing_weight=5.0),
+    mending=EllipseMending(mend_attempts=32, mend_worse=1.15),
+    viscosity=Constant(c=1.0),
+    odd=NoOddBubbles(),
+    termination=Settled(),
+)
+
+METHODS: dict[str, Method] = {
     "bpm": replace(
         FNPBS,
         motion=ClassicalRungeKutta(),
@@ -87,7 +73,7 @@ METHODS = {
         odd=OddBubbles(),
         termination=SelfAdaptive(),
     ),
-    "multilevel": Method(
+    "multilevel": CircleMethod(
         levels=Doubling(),
         placement=HexagonalLattice(),
         perturbation=Perturbation(),
@@ -102,17 +88,8 @@ METHODS = {
         odd=NoOddBubbles(),
         termination=Settled(),
     ),
+    "ellipses": ELLIPSES,
 }
-# What a case with a metric is packed by: the multilevel method for ellipses, on one level.
-METHODS["ellipses"] = replace(
-    METHODS["multilevel"],
-    levels=SingleLevel(),
-    placement=ErrorDiffusion(),
-    annealing=Annealing(amplitude_at_boundary=0.5),
-    population=Defects(delete_shorter=0.72, insert_longer=1.5, insert_longer_at_crowd=1.3),
-    smoothing=Smoothing(passes=6, shape_steps=4, spacing_weight=5.0),
-    mending=Mending(mend_attempts=32, mend_worse=1.15),
-)
 
 
 class Column(NamedTuple):
@@ -120,31 +97,50 @@ class Column(NamedTuple):
 
     section: str
     key: str | None
-    schemes: Mapping[str, type[Any]]
+    circles: Mapping[str, type[Any]]
+    ellipses: Mapping[str, type[Any]]
 
+    def schemes(self, method: Method) -> Mapping[str, type[Any]]:
+        """The schemes that a method may have, by their names in a case; none if it has no such column."""
+        return self.ellipses if method.in_metric else self.circles
+
+
+PLACEMENTS = {"subdivision": HierarchicalSubdivision, "diffusion": ErrorDiffusion, "lattice": HexagonalLattice}
+PERTURBATIONS = {"normal": Perturbation}
+MOTIONS = {"euler": SecondOrderEuler, "runge-kutta": ClassicalRungeKutta, "semi-implicit": SemiImplicitEuler}
+TERMINATIONS = {"fixed": FixedRounds, "self-adaptive": SelfAdaptive, "settled": Settled}
 
 COLUMNS = {
-    "levels": Column("packing", "levels", {"single": SingleLevel, "doubling": Doubling}),
-    "placement": Column(
+    "levels": Column("packing", "levels", {"single": SingleLevel, "doubling": Doubling}, {"single": SingleLevel}),
+    "placement": Column("packing", "placement", PLACEMENTS, PLACEMENTS),
+    "perturbation": Column("packing", None, PERTURBATIONS, PERTURBATIONS),
+    "relaxation": Column(
+        "packing", "relaxation", {"nearby": Nearby, "connected": Connected}, {"connected": EllipseRelaxation}
+    ),
+    "force": Column("packing", None, {"van-der-waals": VanDerWaals}, {}),
+    "motion": Column("packing", "motion", MOTIONS, {"semi-implicit": SemiImplicitEuler}),
+    "population": Column(
+        "packing", "population", {"thresholds": Thresholds, "defects": Defects}, {"defects": EllipseDefects}
+    ),
+    "annealing": Column(
         "packing",
-        "placement",
-        {"subdivision": HierarchicalSubdivision, "diffusion": ErrorDiffusion, "lattice": HexagonalLattice},
+        "shaking",
+        {"none": NoAnnealing, "irregular": Annealing},
+        {"none": NoEllipseAnnealing, "irregular": EllipseAnnealing},
     ),
-    "perturbation": Column("packing", None, {"normal": Perturbation}),
-    "relaxation": Column("packing", "relaxation", {"nearby": Nearby, "connected": Connected}),
-    "force": Column("packing", None, {"van-der-waals": VanDerWaals}),
-    "motion": Column(
+    "smoothing": Column(
         "packing",
-        "motion",
-        {"euler": SecondOrderEuler, "runge-kutta": ClassicalRungeKutta, "semi-implicit": SemiImplicitEuler},
+        "polish",
+        {"none": NoSmoothing, "shape": Smoothing},
+        {"none": NoEllipseSmoothing, "shape": EllipseSmoothing},
     ),
-    "population": Column("packing", "population", {"thresholds": Thresholds, "defects": Defects}),
-    "annealing": Column("packing", "shaking", {"none": NoAnnealing, "irregular": Annealing}),
-    "smoothing": Column("packing", "polish", {"none": NoSmoothing, "shape": Smoothing}),
-    "mending": Column("packing", "mending", {"none": NoMending, "patches": Mending}),
-    "viscosity": Column("schedule", "viscosity", {"constant": Constant, "saw-tooth": SawTooth}),
-    "odd": Column("schedule", "odd", {"none": NoOddBubbles, "touched": OddBubbles}),
-    "termination": Column(
-        "schedule", "termination", {"fixed": FixedRounds, "self-adaptive": SelfAdaptive, "settled": Settled}
+    "mending": Column(
+        "packing",
+        "mending",
+        {"none": NoMending, "patches": Mending},
+        {"none": NoEllipseMending, "patches": EllipseMending},
     ),
+    "viscosity": Column("schedule", "viscosity", {"constant": Constant, "saw-tooth": SawTooth}, {"constant": Constant}),
+    "odd": Column("schedule", "odd", {"none": NoOddBubbles, "touched": OddBubbles}, {"none": NoOddBubbles}),
+    "termination": Column("schedule", "termination", TERMINATIONS, TERMINATIONS),
 }

@@ -164,18 +164,23 @@ def interior_gaps(
 
 
 @record
-class Defects:
-    """Deletion and insertion where the triangulation shows that bubbles are too many or missing.
-
-    An interior bubble goes from an edge that is too short, or if it has four neighbours or fewer. So does one on a
-    straight wall that is crowded and has two triangles only. A bubble comes to the middle of an edge that is too long.
-    """
+class EdgeLimits:
+    """Lengths of edges from which bubbles go or to which they come, of circles or of ellipses."""
 
     delete_shorter: Annotated[float, Gt(0), Le(1), Doc("a bubble goes from an edge shorter than this, in spacings")] = (
         0.72
     )
     insert_longer: Annotated[float, Ge(1), Le(2), Doc("a bubble comes to an edge longer than this, in spacings")] = 1.38
     insert_longer_at_crowd: Annotated[float, Ge(1), Le(2), Doc("the same beside a bubble with eight neighbours")] = 1.12
+
+
+@record
+class Defects(EdgeLimits):
+    """Deletion and insertion where the triangulation shows that bubbles are too many or missing.
+
+    An interior bubble goes from an edge that is too short, or if it has four neighbours or fewer. So does one on a
+    straight wall that is crowded and has two triangles only. A bubble comes to the middle of an edge that is too long.
+    """
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, random: np.random.Generator) -> Change:
         bubbles = net.bubbles

@@ -2,10 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Protocol
 
 from bubblemesh.packing.annealing import Rank
-from bubblemesh.packing.methods import Method
 from bubblemesh.records import record
 
 CONNECTING = 8.0  # cost in terms of a step of relaxation, as measured
@@ -31,36 +29,6 @@ class Stage:
     def opening(self) -> bool:
         """Whether the stage is the first of all."""
         return self.rank.coarser == 0 and not self.annealing
-
-
-class Costs(Protocol):
-    """Expected costs of a kind of packing, circles or ellipses."""
-
-    def cycles(self, method: Method, bubbles: int, rank: Rank) -> int:
-        """Expected number of cycles of annealing of so many bubbles on a level of that rank."""
-
-    def finishing_work(self, method: Method, bubbles: int) -> float:
-        """Expected cost of the end of a packing of so many bubbles, in steps of relaxation of one bubble."""
-
-
-def stages_of(method: Method, levels: int, bubbles: int, costs: Costs) -> tuple[Stage, ...]:
-    """Stages of a method on its levels; the first has so many ``bubbles``, and each next one four times more.
-
-    Each level settles; those that have cycles of annealing go through these then, and settle again.
-    """
-    stages = []
-    for level in range(levels):
-        rank, count = Rank(coarser=level, finer=levels - 1 - level), bubbles * 4**level
-        finest = rank.finer == 0
-        work = count * (CONNECTING + method.termination.expected_steps(level == 0))
-        cycles = costs.cycles(method, count, rank)
-        if cycles:
-            stages.append(Stage(rank, annealing=False, finishing=False, work=work))
-            work += count * cycles * (CONNECTING + method.annealing.shake_steps)
-        if finest:
-            work += costs.finishing_work(method, count)
-        stages.append(Stage(rank, annealing=cycles > 0, finishing=finest, work=work))
-    return tuple(stages)
 
 
 class Progress:

@@ -1,21 +1,17 @@
 """The rounds of a packing: bubbles move, and their number is controlled, until the method's termination says stop."""
 
 from collections.abc import Iterator, Sequence
-from typing import Protocol
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.circles import CirclePacking
-from bubblemesh.packing.methods import Method
+from bubblemesh.packing.method import Method, Packing
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.progress import Costs, Progress, Stage, TimeUp, Watch, stages_of
-from bubblemesh.packing.relaxation import Relaxed
+from bubblemesh.packing.progress import Progress, Stage, TimeUp, Watch
 from bubblemesh.packing.setting import Setting
 from bubblemesh.records import record
-from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
 MOST_ROUNDS = 60  # on a level, if bubbles are missing
@@ -50,58 +46,20 @@ class Round:
         return self.net.bubbles
 
 
-class Packing(Protocol):
-    """Bubbles on the level at hand, circles or ellipses, and what each round does to them."""
-
-    @property
-    def net(self) -> Net:
-        """The bubbles so far, connected."""
-
-    def refine(self, spacing: Spacing) -> None:
-        """Refine the bubbles for the next level's spacing."""
-
-    def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
-        """Move them in a round of a stage, counted from 0, in the first one by annealing if the stage has it.
-
-        If ``odd``, those that were touched have a viscosity of their own.
-        """
-
-    def control(self) -> int:
-        """Control the population; the number of new bubbles."""
-
-    @property
-    def lacks_many(self) -> bool:
-        """Whether so many bubbles are missing yet that rounds go on even if few come in each."""
-
-    def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
-        """Finish the packing in its last round; the number of new bubbles, and the motion."""
-
-    def end(self) -> None:
-        """Make a result of what there is, when the time is up."""
-
-
-class Kind(Costs, Protocol):
-    """Circles or ellipses."""
-
-    def of(self, start: Bubbles, spacing: Spacing, setting: Setting) -> Packing:
-        """The bubbles of a start, connected."""
-
-
 def rounds(
     start: Bubbles, domain: Domain, levels: Sequence[Spacing], method: Method, watch: Watch = lambda share: None
 ) -> Iterator[Round]:
     """Rounds of the method on each level; after the last change of population the packing is finished.
 
     The bubbles of the ``start`` are placed by the first of the levels' spacings, which go from the coarsest to the one
-    asked for. In a metric they are ellipses. If the watch raises `TimeUp`, the bubbles are refined to the last spacing
-    without more ado, and a last round tells so.
+    asked for. If the watch raises `TimeUp`, the bubbles are refined to the last spacing without more ado, and a last
+    round tells so.
     """
-    kind = _kind(levels)
     random = method.perturbation.generator()
-    stages = stages_of(method, len(levels), len(start), kind)
+    stages = method.stages(len(levels), len(start))
     progress = Progress(stages, watch)
-    setting = Setting(domain, method, random, progress)
-    packing = kind.of(method.perturbation(start, levels[0], random), levels[0], setting)
+    setting = Setting(domain, random, progress)
+    packing = method.packing(method.perturbation(start, levels[0], random), levels[0], setting)
     number, before, level = 0, len(packing.net.bubbles), 0
     try:
         for stage in stages:
@@ -122,16 +80,6 @@ def rounds(
         yield Round(number + 1, before, inserted, packing.net, np.zeros(0), 0, str(reason), late=True)
     else:
         progress.finish()
-
-
-def _kind(levels: Sequence[Spacing]) -> Kind:
-    """Ellipses, if the levels have spacings in a metric; else circles."""
-    if not isinstance(levels[-1], MetricSpacing):
-        return CirclePacking
-    # Imported here since few cases have a metric.
-    from bubblemesh.packing.ellipses.packing import EllipsePacking
-
-    return EllipsePacking
 
 
 def _rounds(packing: Packing, method: Method, stage: Stage, first: int) -> Iterator[Round]:

@@ -5,14 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.methods import Method
 from bubblemesh.packing.progress import Progress
 
 
 class Setting(NamedTuple):
-    """Domain, method, random numbers and progress of a packing: the same on all of its levels."""
+    """Domain, random numbers and progress of a packing: the same on all of its levels."""
 
     domain: Domain
-    method: Method
     random: np.random.Generator
     progress: Progress

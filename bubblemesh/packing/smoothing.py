@@ -38,7 +38,16 @@ class NoSmoothing:
 
 
 @record
-class Smoothing:
+class SmoothingPasses:
+    """Parameters of smoothing, of circles or of ellipses."""
+
+    passes: Annotated[int, Ge(0), Le(1000), Doc("passes of the smoothing, with population control in between")] = 3
+    shape_steps: Annotated[int, Gt(0), Le(1000), Doc("steps of a pass")] = 10
+    spacing_weight: Annotated[float, Ge(0), Le(20), Doc("weight of edges' lengths beside triangles' shapes")] = 7.0
+
+
+@record
+class Smoothing(SmoothingPasses):
     """Gradient descent, with momentum, on the shapes of the triangles and the lengths of the edges.
 
     It lessens the sum over triangles of eta^8 / 2 + spacing_weight * the sum over edges of (l/d - 1)^2. The shape
@@ -53,10 +62,7 @@ class Smoothing:
 
     last_relaxations: ClassVar[int] = 0
 
-    passes: Annotated[int, Ge(0), Le(1000), Doc("passes of the smoothing, with population control in between")] = 3
-    shape_steps: Annotated[int, Gt(0), Le(1000), Doc("steps of a pass")] = 10
     shape_step: Annotated[float, Gt(0), Le(0.1), Doc("length of a step, in units where the spacing is 1")] = 0.015
-    spacing_weight: Annotated[float, Ge(0), Le(20), Doc("weight of edges' lengths beside triangles' shapes")] = 7.0
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
         """Net after one pass, connected anew.

@@ -10,10 +10,9 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import prefixed
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.annealing import Annealing
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import SingleLevel
-from bubblemesh.packing.methods import Method
+from bubblemesh.packing.method import Method
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.rounds import Round, rounds
@@ -144,16 +143,11 @@ class Terms:
 
     def for_part(self, share: float) -> "Terms":
         """The terms for a part with a share of the work: it takes as long for each bubble as in one piece."""
-        annealing = self.method.annealing
-        if isinstance(annealing, Annealing):
-            annealing = replace(annealing, fully_shaken=max(round(share * annealing.fully_shaken), 1))
-        return replace(self, method=replace(self.method, annealing=annealing))
+        return replace(self, method=replace(self.method, annealing=self.method.annealing.scaled(share)))
 
     def for_seams(self) -> "Terms":
         """The terms for strips, whose order is that of the parts beside them."""
-        annealing = self.method.annealing
-        if isinstance(annealing, Annealing):
-            annealing = replace(annealing, effort="fast")
+        annealing = self.method.annealing.fast()
         return replace(self, method=replace(self.method, levels=SingleLevel(), annealing=annealing))
 
 

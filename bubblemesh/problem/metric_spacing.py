@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.case.models import IN_METRIC
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, size_ratios
@@ -118,13 +117,13 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
     if growth == np.inf:
         return spacing
     # Imported here since few metrics are graded.
-    from bubblemesh.packing.annealing import NoAnnealing
-    from bubblemesh.packing.methods import METHODS
+    from bubblemesh.packing.ellipses.annealing import NoEllipseAnnealing
+    from bubblemesh.packing.ellipses.smoothing import NoEllipseSmoothing
+    from bubblemesh.packing.methods import ELLIPSES
     from bubblemesh.packing.rounds import rounds
-    from bubblemesh.packing.smoothing import NoSmoothing
 
     # Tensors are interpolated between the nodes, and for that these need not be in order.
-    method = replace(METHODS[IN_METRIC], annealing=NoAnnealing(), smoothing=NoSmoothing())
+    method = replace(ELLIPSES, annealing=NoEllipseAnnealing(), smoothing=NoEllipseSmoothing())
     result = spacing
     for _ in range(GRADINGS):
         levels, start = method.started(domain, result, 0, max_nodes)

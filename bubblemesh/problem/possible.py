@@ -34,9 +34,6 @@ def _require_still_boundary(domain: Domain, task: Task) -> None:
 
 
 def _require_possible_in_metric(task: Task) -> None:
-    # Imported here since few cases have a metric.
-    from bubblemesh.packing.ellipses.schemes import Schemes
-
     asked = {
         "angle_min": (task.least_angle > 0, "its triangles are long, and small angles in space are no fault"),
         "overconstrained": (task.inner_node, "it adds nodes by circles, which do not fit long triangles"),
@@ -46,4 +43,3 @@ def _require_possible_in_metric(task: Task) -> None:
         if given:
             with about(Key([key])):
                 raise CaseError(f"{key}: does not go with a metric: {reason}: leave it out")
-    Schemes.of(task.method)

@@ -20,7 +20,7 @@ from bubblemesh.spacing.terms.depth import NodeDepth
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder
     from bubblemesh.layers.rest import Rest
-    from bubblemesh.packing.methods import Method
+    from bubblemesh.packing.method import Method
     from bubblemesh.packing.placement.warm_start import PreviousNodes
     from bubblemesh.problem.node_target import NodeTarget
 

@@ -5,8 +5,7 @@ import pytest
 from paths import ROOT
 
 from bubblemesh.packing.configure import OptionError, all_options, configured, options, unused_keys
-from bubblemesh.packing.ellipses.schemes import UNUSED
-from bubblemesh.packing.methods import COLUMNS, METHODS, Method
+from bubblemesh.packing.methods import COLUMNS, METHODS
 from bubblemesh.packing.motion import ClassicalRungeKutta
 from bubblemesh.packing.termination import SelfAdaptive
 from bubblemesh.packing.viscosity import Constant
@@ -91,11 +90,16 @@ def test_unknown_method_is_named():
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(
-    ("column", "scheme"), [(column, name) for column, one in COLUMNS.items() if one.key for name in one.schemes]
+    ("column", "scheme"), [(column, name) for column, one in COLUMNS.items() if one.key for name in one.circles]
 )
 def test_each_scheme_replaces_that_of_any_method_and_leaves_the_others(name, column, scheme):
-    section, key, kind = COLUMNS[column].section, COLUMNS[column].key, COLUMNS[column].schemes[scheme]
-    method = configured(name, **({"packing": {}, "schedule": {}} | {section: {key: scheme}}))
+    section, key, schemes = COLUMNS[column].section, COLUMNS[column].key, COLUMNS[column].schemes(METHODS[name])
+    given = {"packing": {}, "schedule": {}} | {section: {key: scheme}}
+    if scheme not in schemes:
+        with pytest.raises(OptionError, match=rf"{section}\.{key}: in a metric only {'|'.join(schemes)} is possible"):
+            configured(name, **given)
+        return
+    method, kind = configured(name, **given), schemes[scheme]
     assert type(getattr(method, column)) is kind
     others = {field.name for field in dataclasses.fields(method)} - {column}
     assert all(getattr(method, other) == getattr(METHODS[name], other) for other in others)
@@ -117,11 +121,25 @@ def test_a_parameter_belongs_to_the_scheme_in_use():
         configured("fnpbs", {}, {"c_odd": 2})
 
 
+@pytest.mark.parametrize("key", ["k0", "force", "refresh", "shape_step", "coarsest_nodes", "delete_above"])
+def test_a_parameter_of_schemes_that_circles_alone_have_is_refused_in_a_metric(key):
+    with pytest.raises(OptionError, match=f"packing.{key}: it has no effect in a metric: leave it out"):
+        configured("ellipses", {key: 1}, {})
+
+
+def test_other_keys_that_ellipses_do_not_use_are_told_as_those_of_other_methods():
+    with pytest.raises(OptionError, match=r"packing.w1: the method 'ellipses' does not use this key: .* bpm, fnpbs"):
+        configured("ellipses", {"w1": 1.0}, {})
+    with pytest.raises(OptionError, match=r"packing.shape_stp: .* did you mean 'shape_steps'"):
+        configured("ellipses", {"shape_stp": 1.0}, {})
+
+
 @pytest.mark.parametrize("found", ["constnt", 3, None, ["constant"]])
 def test_an_unknown_scheme_is_named_with_the_known_ones(found):
-    with pytest.raises(OptionError, match=r"no such scheme.*constant") as caught:
-        configured("fnpbs", {}, {"viscosity": found})
-    assert (caught.value.section, caught.value.key) == ("schedule", "viscosity")
+    for method in ("fnpbs", "ellipses"):
+        with pytest.raises(OptionError, match=r"no such scheme.*constant") as caught:
+            configured(method, {}, {"viscosity": found})
+        assert (caught.value.section, caught.value.key) == ("schedule", "viscosity")
 
 
 def test_the_page_on_methods_shows_every_key_with_its_values():
@@ -132,8 +150,7 @@ def test_the_page_on_methods_shows_every_key_with_its_values():
                 (row,) = (line for line in page.splitlines() if line.startswith(f"| `{section}.{key}` |"))
                 columns = ["key", "bpm", "fnpbs", "accelerated", "multilevel", "ellipses"]
                 cells = dict(zip(columns, map(str.strip, row.split("|")[1:]), strict=False))
-                unused = name == "ellipses" and any(key in keys for keys in UNUSED.values()) and cells[name] == ""
-                assert unused or cells[name] == str(value), key
+                assert cells[name] == str(value), key
 
 
 def test_the_table_on_the_page_is_as_made_from_the_schemes():
@@ -152,17 +169,28 @@ def test_every_key_of_every_method_is_described_once():
 def test_schemes_describe_a_parameter_that_they_share_alike():
     for column in COLUMNS.values():
         shared = {}
-        for kind in column.schemes.values():
+        for kind in (*column.circles.values(), *column.ellipses.values()):
             for field in dataclasses.fields(kind):
                 hint = get_type_hints(kind, include_extras=True)[field.name]
                 assert shared.setdefault(field.name, hint) == hint, field.name
 
 
 def test_the_table_has_a_column_for_each_task_of_a_method():
-    assert [field.name for field in dataclasses.fields(Method)] == list(COLUMNS)
     for method in METHODS.values():
-        for name, column in COLUMNS.items():
-            assert type(getattr(method, name)) in column.schemes.values()
+        of_method = {name: column.schemes(method) for name, column in COLUMNS.items() if column.schemes(method)}
+        assert {field.name for field in dataclasses.fields(method)} == of_method.keys()
+        assert all(type(getattr(method, name)) in schemes.values() for name, schemes in of_method.items())
+
+
+def test_schemes_of_ellipses_have_no_names_nor_parameters_that_those_of_circles_lack():
+    """The keys that a case may have are made of those of circles."""
+    for column in COLUMNS.values():
+        assert column.ellipses.keys() <= column.circles.keys()
+        of_circles, of_ellipses = (
+            {field.name for kind in schemes.values() for field in dataclasses.fields(kind)}
+            for schemes in (column.circles, column.ellipses)
+        )
+        assert of_ellipses <= of_circles
 
 
 def test_keys_that_a_method_does_not_use_are_found():

@@ -3,9 +3,8 @@ import pytest
 from invariants import check_mesh
 
 from bubblemesh.case import load_case
-from bubblemesh.packing.circles import CirclePacking
 from bubblemesh.packing.methods import METHODS
-from bubblemesh.packing.progress import TimeUp, stages_of
+from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.rounds import rounds
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.process import limits
@@ -64,7 +63,7 @@ def test_multilevel_tells_its_progress_evenly():
 
 
 def test_stages_begin_with_the_coarsest_level_and_finish_once():
-    stages = stages_of(METHODS["multilevel"], 3, 200, CirclePacking)
+    stages = METHODS["multilevel"].stages(3, 200)
     assert [(stage.rank.coarser, stage.annealing, stage.finishing) for stage in stages] == [
         (0, False, False),
         (0, True, False),
@@ -73,12 +72,12 @@ def test_stages_begin_with_the_coarsest_level_and_finish_once():
         (2, False, True),
     ]
     assert all(stage.work > 0 for stage in stages)
-    (alone,) = stages_of(METHODS["fnpbs"], 1, 200, CirclePacking)
+    (alone,) = METHODS["fnpbs"].stages(1, 200)
     assert (alone.annealing, alone.finishing) == (False, True)
 
 
 def test_single_level_is_annealed_and_finished():
-    assert [(s.annealing, s.finishing) for s in stages_of(METHODS["multilevel"], 1, 200, CirclePacking)] == [
+    assert [(s.annealing, s.finishing) for s in METHODS["multilevel"].stages(1, 200)] == [
         (False, False),
         (True, True),
     ]

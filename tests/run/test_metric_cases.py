@@ -6,11 +6,11 @@ import scipy.linalg
 from invariants import check_edges, check_mesh
 from metrics import FRONT, metric_case
 
+from bubblemesh.case import load_case
 from bubblemesh.case.models import Case
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import inverted
-from bubblemesh.packing.configure import OptionError
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.estimate import estimate
 from bubblemesh.run.metric import MetricRow, unsteady_ellipses
@@ -255,21 +255,25 @@ def test_ellipses_are_circles_around_points_that_share_a_label_with_walls():
         ({"angle_min": 20}, "angle_min: does not go with a metric: its triangles are long"),
         ({"overconstrained": "split"}, "overconstrained: does not go with a metric: it adds nodes by circles"),
         ({"largest": 0.01}, "largest: does not go with a metric: it adds nodes by circles.*bound the sizes"),
-        ({"packing": {"population": "thresholds"}}, "packing.population: in a metric only defects"),
-        ({"packing": {"motion": "euler"}}, "packing.motion: in a metric only semi-implicit"),
-        ({"packing": {"levels": "doubling"}}, "packing.levels: in a metric only single"),
-        ({"packing": {"relaxation": "nearby"}}, "packing.relaxation: in a metric only connected"),
-        ({"schedule": {"viscosity": "saw-tooth"}}, "schedule.viscosity: in a metric only constant"),
-        ({"schedule": {"odd": "touched"}}, "schedule.odd: in a metric only none"),
-        ({"packing": {"k0": 2.0}}, "packing.k0: it has no effect in a metric: leave it out"),
-        ({"packing": {"force": "plain"}}, "packing.force: it has no effect in a metric"),
-        ({"packing": {"refresh": 3}}, "packing.refresh: it has no effect in a metric"),
-        ({"packing": {"shape_step": 0.02}}, "packing.shape_step: it has no effect in a metric"),
     ],
 )
 def test_what_does_not_go_with_a_metric_is_refused(keys, match):
-    with pytest.raises((CaseError, OptionError), match=match):
+    with pytest.raises(CaseError, match=match):
         prepare(metric_case(LONG, **keys))
+
+
+@pytest.mark.parametrize(
+    ("keys", "match"),
+    [
+        ("packing: {population: thresholds}", "packing.population: in a metric only defects is possible: leave it out"),
+        ("packing: {k0: 2}", "packing.k0: it has no effect in a metric: leave it out"),
+    ],
+)
+def test_what_of_a_method_does_not_go_with_a_metric_is_told_where_the_case_is_read(keys, match):
+    outer, metric = "{rectangle: [0, 0, 1, 1]}", "{angle: 0, across: 0.05}"
+    text = f"domain: {{outer: {outer}}}\nspacing: 0.1\nmetric: {metric}\n{keys}\n"
+    with pytest.raises(CaseError, match=f"case.yaml:4: {match}"):
+        load_case("case.yaml", text=text)
 
 
 @pytest.mark.parametrize("nodes", [200, 3000])

@@ -2,85 +2,119 @@
 
 import math
 from collections.abc import Iterator
+from typing import ClassVar, Self
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.kernels.annealing import Cycles
-from bubblemesh.kernels.ellipse_annealing import Relaxing, Tensors
-from bubblemesh.kernels.ellipse_annealing import annealed as annealed_at_once
-from bubblemesh.kernels.ellipse_motion import relaxed as relaxed_places
+from bubblemesh.kernels.ellipse_annealing import Relaxing, Tensors, annealed
+from bubblemesh.kernels.ellipse_motion import relaxed
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.tensors import roots, unmapped
-from bubblemesh.packing.annealing import SEEDS, Annealing, NoAnnealing, deviations, disorder_marked
+from bubblemesh.packing.annealing import (
+    ONLY,
+    SEEDS,
+    AnnealingCycles,
+    Calm,
+    NoCycles,
+    Rank,
+    deviations,
+    disorder_marked,
+)
 from bubblemesh.packing.ellipses.net import EllipseNet
-from bubblemesh.packing.ellipses.schemes import Schemes
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 SPARED = 0.98  # share of its length below which a shortened ellipse is left alone
 TIMES = 2  # as many cycles as of circles: gentle metrics gain by more, steep ones do not
 LOOK_AFTER = 10  # cycles: at the metric, and which ellipses are spared; bubbles move little in between
 
-
-def relaxed(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[Floats, Floats]:
-    """Places (n, 2) of the bubbles after steps of motion from rest, and their mean speeds (steps,) in the metric."""
-    net = ellipses.net
-    return relaxed_places(net.bubbles.x, ellipses.tensors, net.triangles, net.edges, *_motion(ellipses, schemes, steps))
+Annealed = Iterator[tuple[EllipseNet, int]]  # the ellipses after some cycles, and how many these were
 
 
-def _motion(ellipses: EllipseNet, schemes: Schemes, steps: int) -> tuple[int, int, float, float]:
-    """Motion as kernels take it: number of fixed bubbles, steps, time step and damping."""
-    return ellipses.net.bubbles.boundary_count, steps, float(schemes.motion.dt), schemes.viscosity(0, 0)
+@record
+class EllipseRelaxation:
+    """Ellipses joined by an edge of the triangulation act on each other; those on the boundary stay.
+
+    The force, of strength 1, goes by the lengths of edges in the metric. It is part of the kernels, as the motion is.
+    """
+
+    boundary_stays: ClassVar[bool] = True
+
+    def __call__(self, ellipses: EllipseNet, relaxing: Relaxing) -> tuple[Floats, Floats]:
+        """Places (n, 2) of the bubbles after steps from rest, and their mean speeds (steps,) in the metric."""
+        net = ellipses.net
+        return relaxed(net.bubbles.x, ellipses.tensors, net.triangles, net.edges, *relaxing)
 
 
-def cycles_of(annealing: Annealing | NoAnnealing, bubbles: int) -> int:
-    """Number of cycles of annealing of so many ellipses, which are on a single level."""
-    return math.ceil(TIMES * annealing.by_size(bubbles))
+@record
+class NoEllipseAnnealing(NoCycles):
+    """No annealing."""
+
+    def __call__(self, *given: object) -> Annealed:
+        """Nothing: there are no cycles."""
+        return iter(())
 
 
-def annealed(
-    ellipses: EllipseNet, spacing: MetricSpacing, schemes: Schemes, random: np.random.Generator
-) -> Iterator[tuple[EllipseNet, int]]:
-    """The ellipses after some cycles of annealing, and how many these were, until all are done.
+@record
+class EllipseAnnealing(AnnealingCycles):
+    """Displacement in the metric, less and less, of ellipses without six neighbours and of those next to them.
 
-    Those with other than six neighbours, and those next to them, are displaced by less and less in the metric, and
-    relaxed. Where ellipses are shorter than the metric asks for, since it bends, forces know no better order than
+    Where ellipses are shorter than the metric asks for, since it bends, they stay: forces know no better order than
     smoothing makes.
     """
-    annealing = schemes.annealing
-    if isinstance(annealing, NoAnnealing):
-        return
-    total, seed = cycles_of(annealing, len(ellipses.tensors)), int(random.integers(SEEDS))
-    inside = annealing.amplitude * (1 - np.arange(total) / total)
-    calm, known = spacing.shares(ellipses.known) <= SPARED, ellipses.known
-    for done in range(0, total, LOOK_AFTER):
-        some = inside[done : done + LOOK_AFTER]
-        ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
-        fresh = (ellipses.known != known).any(axis=1)
-        known = ellipses.known
-        calm[fresh] = spacing.shares(known[fresh]) <= SPARED
-        cycles = Cycles(seed, done, some, annealing.amplitude_at_boundary * some, calm)
-        ellipses = _through(ellipses, schemes, cycles, annealing.shake_steps)
-        if done + len(some) == total:
+
+    def __call__(
+        self,
+        ellipses: EllipseNet,
+        spacing: MetricSpacing,
+        relaxation: EllipseRelaxation,
+        relaxing: Relaxing,
+        random: np.random.Generator,
+    ) -> Annealed:
+        """The ellipses after some cycles, each a displacement and a relaxation, until all are done."""
+        total, seed = self.cycles(len(ellipses.tensors)), int(random.integers(SEEDS))
+        inside = self.amplitude * (1 - np.arange(total) / total)
+        calm, known = spacing.shares(ellipses.known) <= SPARED, ellipses.known
+        for done in range(0, total, LOOK_AFTER):
+            some = inside[done : done + LOOK_AFTER]
             ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
-        yield ellipses, len(some)
+            fresh = (ellipses.known != known).any(axis=1)
+            known = ellipses.known
+            calm[fresh] = spacing.shares(known[fresh]) <= SPARED
+            cycles = Cycles(seed, done, some, self.amplitude_at_boundary * some, calm)
+            ellipses = _through(ellipses, relaxation, relaxing, cycles)
+            if done + len(some) == total:
+                ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
+            yield ellipses, len(some)
+
+    def cycles(self, bubbles: int, rank: Rank = ONLY) -> int:
+        """Number of cycles of so many ellipses, which are on a single level."""
+        return math.ceil(TIMES * self.by_size(bubbles))
+
+    def sparing(self, calm: Calm) -> Self:
+        """The same annealing: the sizes of a metric do not tell where ellipses are in order."""
+        return self
 
 
-def _through(ellipses: EllipseNet, schemes: Schemes, cycles: Cycles, steps: int) -> EllipseNet:
+def _through(ellipses: EllipseNet, relaxation: EllipseRelaxation, relaxing: Relaxing, cycles: Cycles) -> EllipseNet:
     """The ellipses after cycles, all with the tensors that they have now."""
     compiled, net, root = library(), ellipses.net, roots(ellipses.tensors)
     if compiled is None:
         for number in range(len(cycles.inside)):
-            ellipses = _once(ellipses, schemes, cycles.after(number), root, steps)
+            ellipses = _once(ellipses, relaxation, relaxing, cycles.after(number), root)
         return ellipses
-    tensors, relaxing = Tensors(ellipses.tensors, root), Relaxing(*_motion(ellipses, schemes, steps))
-    return ellipses.by(*annealed_at_once(compiled, net.bubbles.x, net.triangles, net.facets, tensors, relaxing, cycles))
+    tensors = Tensors(ellipses.tensors, root)
+    return ellipses.by(*annealed(compiled, net.bubbles.x, net.triangles, net.facets, tensors, relaxing, cycles))
 
 
-def _once(ellipses: EllipseNet, schemes: Schemes, cycles: Cycles, root: Floats, steps: int) -> EllipseNet:
+def _once(
+    ellipses: EllipseNet, relaxation: EllipseRelaxation, relaxing: Relaxing, cycles: Cycles, root: Floats
+) -> EllipseNet:
     """The ellipses after the first of the cycles, with roots (n, 3) of their tensors."""
     amplitude = disorder_marked(ellipses.net, float(cycles.inside[0]), float(cycles.beside[0]))
     amplitude[cycles.calm] = 0.0
     chance = deviations(cycles.seed, cycles.first, np.arange(len(amplitude)))
     ellipses = ellipses.displaced(unmapped(root, amplitude[:, None] * chance))
-    return ellipses.at(relaxed(ellipses, schemes, steps)[0])
+    return ellipses.at(relaxation(ellipses, relaxing)[0])

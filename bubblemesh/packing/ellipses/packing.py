@@ -1,26 +1,25 @@
 """Packing of ellipses: what each round does to bubbles in a metric."""
 
 from dataclasses import dataclass
-from typing import TypeGuard
+from typing import ClassVar
 
 import numpy as np
 
-from bubblemesh.packing.annealing import Rank
+from bubblemesh.kernels.ellipse_annealing import Relaxing
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.ellipses.annealing import annealed, cycles_of, relaxed
-from bubblemesh.packing.ellipses.mending import mended
+from bubblemesh.packing.ellipses.annealing import EllipseAnnealing, EllipseRelaxation, NoEllipseAnnealing
+from bubblemesh.packing.ellipses.mending import EllipseMending, NoEllipseMending
 from bubblemesh.packing.ellipses.net import EllipseNet, connected, flipped_net
-from bubblemesh.packing.ellipses.population import controlled
-from bubblemesh.packing.ellipses.schemes import Schemes
-from bubblemesh.packing.ellipses.smoothing import costs, smoothed
-from bubblemesh.packing.ellipses.trials import Tried, tried
-from bubblemesh.packing.mending import Mending, NoMending
-from bubblemesh.packing.methods import Method
+from bubblemesh.packing.ellipses.population import EllipseDefects
+from bubblemesh.packing.ellipses.smoothing import EllipseSmoothing, NoEllipseSmoothing, costs
+from bubblemesh.packing.method import Method
+from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.packing.setting import Setting
-from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
+from bubblemesh.packing.viscosity import Constant
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
@@ -32,33 +31,38 @@ SMOOTHING = 200.0  # a pass
 TRIAL = 75.0  # an attempt
 
 
+@record
+class EllipseMethod(Method):
+    """A method that packs ellipses, in a metric."""
+
+    in_metric: ClassVar[bool] = True
+
+    relaxation: EllipseRelaxation
+    motion: SemiImplicitEuler
+    population: EllipseDefects
+    annealing: NoEllipseAnnealing | EllipseAnnealing
+    smoothing: NoEllipseSmoothing | EllipseSmoothing
+    mending: NoEllipseMending | EllipseMending
+    viscosity: Constant
+
+    def packing(self, start: Bubbles, spacing: Spacing, setting: Setting) -> "EllipsePacking":
+        assert isinstance(spacing, MetricSpacing)
+        return EllipsePacking(connected(start, setting.domain, spacing), spacing, self, setting)
+
+    def finishing_work(self, bubbles: int) -> float:
+        trials = self.mending.attempts * TRIAL if self.smoothing.passes else 0.0
+        return (self.smoothing.passes * SMOOTHING + trials) * bubbles
+
+
 @dataclass
 class EllipsePacking:
     """Ellipses on the only level."""
 
     ellipses: EllipseNet
     spacing: MetricSpacing
-    schemes: Schemes
+    method: EllipseMethod
     setting: Setting
     missing: int = 0  # bubbles that the area lacked after the last population control
-
-    @classmethod
-    def of(cls, start: Bubbles, spacing: Spacing, setting: Setting) -> "EllipsePacking":
-        """The bubbles of a start, connected in the metric of the spacing."""
-        assert isinstance(spacing, MetricSpacing)
-        return cls(connected(start, setting.domain, spacing), spacing, Schemes.of(setting.method), setting)
-
-    @staticmethod
-    def cycles(method: Method, bubbles: int, rank: Rank) -> int:
-        """Expected number of cycles of annealing."""
-        return cycles_of(Schemes.of(method).annealing, bubbles)
-
-    @staticmethod
-    def finishing_work(method: Method, bubbles: int) -> float:
-        """Expected cost of the end of a packing, in steps of relaxation of one bubble."""
-        if not _smooths(method.smoothing):
-            return 0.0
-        return (method.smoothing.passes * SMOOTHING + method.mending.attempts * TRIAL) * bubbles
 
     @property
     def net(self) -> Net:
@@ -78,15 +82,15 @@ class EllipsePacking:
         """
         if stage.annealing and number == 0:
             self._anneal()
-        before, steps = len(self.ellipses.tensors), self.schemes.termination.steps(stage.opening and number == 0)
-        x, speeds = relaxed(self.ellipses, self.schemes, steps)
+        before, steps = len(self.ellipses.tensors), self.method.termination.steps(stage.opening and number == 0)
+        x, speeds = self.method.relaxation(self.ellipses, self._relaxing(steps))
         self.ellipses = self.ellipses.moved(x, self.spacing)
         self._count(CONNECTING + steps)
         return Relaxed(self.net.bubbles, 0, 0, speeds, before * steps)
 
     def control(self) -> int:
         """Control the population; the number of new bubbles."""
-        change = controlled(self.ellipses, self.spacing, self.schemes.population)
+        change = self.method.population(self.ellipses, self.spacing)
         self.ellipses, self.missing = change.net, change.missing
         return change.inserted
 
@@ -103,13 +107,12 @@ class EllipsePacking:
 
         Of few passes all come after the trials; without any there are no trials either.
         """
-        smoothing, mending, inserted = self.schemes.smoothing, self.schemes.mending, 0
-        if _smooths(smoothing):
-            last = min(smoothing.passes, LAST_PASSES)
-            self._smooth(smoothing.passes - last, smoothing, mending)
-            if isinstance(mending, Mending):
-                inserted = self._attempt(smoothing, mending)
-            self._smooth(last, smoothing, NoMending())
+        passes, inserted = self.method.smoothing.passes, 0
+        if passes > 0:
+            last = min(passes, LAST_PASSES)
+            self._smooth(passes - last, self.method.mending)
+            inserted = self._attempt()
+            self._smooth(last, NoEllipseMending())
         return inserted, Relaxed.none(self.net.bubbles)
 
     def end(self) -> None:
@@ -121,29 +124,30 @@ class EllipsePacking:
 
         In a metric that jumps from bubble to bubble this may pile them up: then they stay where they were.
         """
-        cost, before = CONNECTING + self.schemes.annealing.shake_steps, self.ellipses
+        annealing, relaxation, before = self.method.annealing, self.method.relaxation, self.ellipses
+        cost, relaxing = CONNECTING + annealing.shake_steps, self._relaxing(annealing.shake_steps)
         try:
-            for ellipses, cycles in annealed(self.ellipses, self.spacing, self.schemes, self.setting.random):
+            for ellipses, cycles in annealing(before, self.spacing, relaxation, relaxing, self.setting.random):
                 self.ellipses = ellipses
                 self._count(cycles * cost)
         finally:  # also if the time is up
             if _disorder(self.net, self.spacing) > _disorder(before.net, self.spacing):
                 self.ellipses = before
 
-    def _smooth(self, passes: int, smoothing: Smoothing, mending: NoMending | Mending) -> None:
+    def _smooth(self, passes: int, mending: NoEllipseMending | EllipseMending) -> None:
         """Passes of smoothing; between them bubbles leave, as often as there are attempts at most."""
         for done in range(passes):
-            if isinstance(mending, Mending) and 0 < done <= mending.attempts:
-                self.ellipses = mended(self.ellipses, self.spacing, smoothing, mending)
-            self.ellipses = smoothed(self.ellipses, self.setting.domain, self.spacing, smoothing)
+            if 0 < done <= mending.attempts:
+                self.ellipses = mending.fewer(self.ellipses, self.spacing, self.method.smoothing)
+            self.ellipses = self.method.smoothing(self.ellipses, self.setting.domain, self.spacing)
             self._count(SMOOTHING)
 
-    def _attempt(self, smoothing: Smoothing, mending: Mending) -> int:
+    def _attempt(self) -> int:
         """Try other neighbours around bad triangles; the number of new bubbles."""
-        given, left = (self.ellipses, self.spacing, smoothing, mending, self.setting.random), mending.attempts
-        last: Tried | None = None
+        mending, smoothing, random = self.method.mending, self.method.smoothing, self.setting.random
+        left, last = mending.attempts, None
         try:
-            for state in tried(*given):
+            for state in mending.tried(self.ellipses, self.spacing, smoothing, random):
                 last, left = state, left - 1
                 self._count(TRIAL)
             self._count(left * TRIAL)  # no triangles were left for these
@@ -152,14 +156,14 @@ class EllipsePacking:
                 self.ellipses = last.within(self.net, self.spacing)
         return 0 if last is None else last.came
 
+    def _relaxing(self, steps: int) -> Relaxing:
+        """So many steps of the motion, as kernels take them."""
+        method = self.method
+        return Relaxing(self.net.bubbles.boundary_count, steps, float(method.motion.dt), method.viscosity(0, 0))
+
     def _count(self, cost: float) -> None:
         """Count what has been done with each bubble as progress."""
         self.setting.progress.add(cost * len(self.ellipses.tensors))
-
-
-def _smooths(smoothing: NoSmoothing | Smoothing) -> TypeGuard[Smoothing]:
-    """Whether a packing ends with passes of smoothing: without any there are no trials either."""
-    return isinstance(smoothing, Smoothing) and smoothing.passes > 0
 
 
 def _disorder(net: Net, spacing: MetricSpacing) -> float:
@@ -167,5 +171,5 @@ def _disorder(net: Net, spacing: MetricSpacing) -> float:
 
     It goes by the default weights, since a case may smooth by others, or not at all.
     """
-    each = costs(net.bubbles.x, net.triangles, spacing, Smoothing())
+    each = costs(net.bubbles.x, net.triangles, spacing, EllipseSmoothing())
     return float(np.minimum(each, MOST_COST).mean())

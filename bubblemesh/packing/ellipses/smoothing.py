@@ -3,6 +3,8 @@
 The metric is the one that is asked for, by which quality is measured, where it bends as well.
 """
 
+from typing import ClassVar
+
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
@@ -17,7 +19,8 @@ from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.neighbours import maximal_independent_set
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.smoothing import Smoothing
+from bubblemesh.packing.smoothing import SmoothingPasses
+from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_PASSES = 10  # of flips
@@ -26,29 +29,49 @@ PERFECT = 0.5  # cost of a perfect triangle
 STEP = 0.1  # length of the differences by which it is known how the metric changes
 
 
-def smoothed(ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, smoothing: Smoothing) -> EllipseNet:
-    """The net after flips that better the worse of two triangles, and a pass of smoothing.
+@record
+class NoEllipseSmoothing:
+    """No smoothing, and no mending either."""
 
-    Where the metric changes much from node to node the circle test, in a mean metric, does not find these. Bubbles on
-    the boundary go along its tangents where they were, and are put back on it in the end. Where that leaves too little
-    of a triangle, or makes boundary edges cross, the boundary stays as it is.
-    """
-    requested = spacing.unstraightened
-    net = with_better_shapes(ellipses.net, requested)
-    bubbles, triangles = net.bubbles, net.triangles
-    inside, own = metrics_around(bubbles.x, triangles, requested)
-    axes, free = own.axes, ellipses.interior
-    axes[bubbles.sliding] = _along(Sliding(domain.boundary, bubbles).tangents, own.roots[bubbles.sliding])
-    for held in (domain.tied[bubbles.piece], np.ones(len(bubbles.piece), bool)):
-        free[bubbles.sliding] = ~held
-        there = smoothed_places(bubbles.x, triangles, net.edges, free, inside, own, axes, smoothing)
-        sliding, x = Sliding(domain.boundary, bubbles), there.copy()
-        sliding.follow(x)
-        tensors = spacing.at(x)
-        put_back = net.of(sliding.bubbles_at(x, area_sizes(tensors)))
-        if held.all() or (_stand(there, x, triangles) and put_back.has_simple_rim):
-            break
-    return EllipseNet(put_back, tensors, x)
+    passes: ClassVar[int] = 0
+    shape_steps: ClassVar[int] = 0
+    spacing_weight: ClassVar[float] = 0.0
+
+    def __call__(self, ellipses: EllipseNet, *given: object) -> EllipseNet:
+        """The ellipses as they are."""
+        return ellipses
+
+
+@record
+class EllipseSmoothing(SmoothingPasses):
+    """Newton's method, node by node, on the shapes of the triangles and the lengths of the edges in the metric."""
+
+    def __call__(self, ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing) -> EllipseNet:
+        """The net after flips that better the worse of two triangles, and a pass of smoothing.
+
+        Where the metric changes much from node to node the circle test, in a mean metric, does not find these. Bubbles
+        on the boundary go along its tangents where they were, and are put back on it in the end. Where that leaves too
+        little of a triangle, or makes boundary edges cross, the boundary stays as it is.
+        """
+        requested = spacing.unstraightened
+        net = with_better_shapes(ellipses.net, requested)
+        bubbles, triangles = net.bubbles, net.triangles
+        inside, own = metrics_around(bubbles.x, triangles, requested)
+        axes, free = own.axes, ellipses.interior
+        axes[bubbles.sliding] = _along(Sliding(domain.boundary, bubbles).tangents, own.roots[bubbles.sliding])
+        for held in (domain.tied[bubbles.piece], np.ones(len(bubbles.piece), bool)):
+            free[bubbles.sliding] = ~held
+            there = smoothed_places(bubbles.x, triangles, net.edges, free, inside, own, axes, self)
+            sliding, x = Sliding(domain.boundary, bubbles), there.copy()
+            sliding.follow(x)
+            tensors = spacing.at(x)
+            put_back = net.of(sliding.bubbles_at(x, area_sizes(tensors)))
+            if held.all() or (_stand(there, x, triangles) and put_back.has_simple_rim):
+                break
+        return EllipseNet(put_back, tensors, x)
+
+
+AnyEllipseSmoothing = NoEllipseSmoothing | EllipseSmoothing
 
 
 def _along(tangents: Floats, roots: Floats) -> Floats:
@@ -76,7 +99,7 @@ def smoothed_places(
     inside: Metrics,
     own: Metrics,
     axes: Floats,
-    smoothing: Smoothing,
+    smoothing: AnyEllipseSmoothing,
 ) -> Floats:
     """Nodes (n, 2) after a pass over those that are free (n,), which go along their axes (n, 4).
 
@@ -86,7 +109,7 @@ def smoothed_places(
     return newton.moved(x, smoothing.shape_steps)
 
 
-def side_weight(smoothing: Smoothing) -> float:
+def side_weight(smoothing: AnyEllipseSmoothing) -> float:
     """Weight of l^2 + 1 / l^2 - 2, which is about 4 (l - 1)^2, of each side of each triangle."""
     return smoothing.spacing_weight / 8
 
@@ -100,7 +123,7 @@ def metrics_at(places: Floats, spacing: MetricSpacing) -> Metrics:
     return Metrics(places, root, np.column_stack([ahead - root, over - root]) / STEP)
 
 
-def costs(x: Floats, triangles: Integers, spacing: MetricSpacing, smoothing: Smoothing) -> Floats:
+def costs(x: Floats, triangles: Integers, spacing: MetricSpacing, smoothing: AnyEllipseSmoothing) -> Floats:
     """Costs (t,) of the triangles (t, 3) of nodes x (n, 2) beyond perfect ones, in the sum that smoothing lessens."""
     requested = spacing.unstraightened
     inside, own = _split(steady_metrics(_centroids_and(x, triangles), requested), len(triangles))

@@ -3,8 +3,6 @@
 Forces and smoothing find the best places of bubbles for the neighbours that they have, trials find other neighbours.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
@@ -17,11 +15,17 @@ from bubblemesh.meshes.tensors import area_sizes, determinants, edge_lengths
 from bubblemesh.packing.ellipses.net import EllipseNet
 from bubblemesh.packing.ellipses.patches import PatchNet, patches_around
 from bubblemesh.packing.ellipses.population import AREA_OF_TRIANGLE
-from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, metrics_around, side_weight, smoothed_places
-from bubblemesh.packing.mending import Mending
+from bubblemesh.packing.ellipses.smoothing import (
+    AnyEllipseSmoothing,
+    better_shapes,
+    costs,
+    metrics_around,
+    side_weight,
+    smoothed_places,
+)
+from bubblemesh.packing.mending import MendingAttempts
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement import CLIPPED_AT
-from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
@@ -55,30 +59,14 @@ class Tried:
         return EllipseNet(tried_net, tensors, self.x)
 
 
-def tried(
-    ellipses: EllipseNet, spacing: MetricSpacing, smoothing: Smoothing, mending: Mending, random: np.random.Generator
-) -> Iterator[Tried]:
-    """Bubbles and triangles after each attempt at those with a measure above ``mend_worse``, until none are left."""
-    net, requested = ellipses.net, spacing.unstraightened
-    x, triangles = net.bubbles.x, net.triangles
-    trials = Trials(net, requested, smoothing, mending, random)
-    state = Tried(x, requested.at(x), triangles, costs(x, triangles, requested, smoothing), np.zeros(len(x), np.int64))
-    for _ in range(mending.attempts):
-        candidates = trials.candidates(state)
-        if len(candidates) == 0:
-            break
-        state = trials.attempt(state, candidates)
-        yield state
-
-
 @record
 class Trials:
     """Trials within the boundary of a net."""
 
     net: Net
     spacing: MetricSpacing
-    smoothing: Smoothing
-    mending: Mending
+    smoothing: AnyEllipseSmoothing
+    mending: MendingAttempts
     random: np.random.Generator
 
     def candidates(self, state: Tried) -> Integers:

@@ -11,7 +11,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import NEAREST_TO_BOUNDARY, SingleLevel
-from bubblemesh.packing.methods import Method
+from bubblemesh.packing.method import Method
 from bubblemesh.packing.placement import Placement, require_at_most
 from bubblemesh.packing.placement.diffusion import boundary_bubbles, diffused_points, distance_to_facets
 from bubblemesh.records import record

@@ -12,7 +12,7 @@ from bubblemesh.case.models import IN_METRIC, MULTILEVEL, Limits
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.configure import OptionError, configured
-from bubblemesh.packing.methods import Method
+from bubblemesh.packing.method import Method
 from bubblemesh.problem.problem import Task
 from bubblemesh.problem.python.numbers import plain
 from bubblemesh.records import record

@@ -5,8 +5,7 @@ import pytest
 from ellipse_packings import METHOD, front, settled_ellipses
 from twins import needs_compiler
 
-from bubblemesh.packing.ellipses.annealing import annealed
-from bubblemesh.packing.ellipses.schemes import Schemes
+from bubblemesh.kernels.ellipse_annealing import Relaxing
 
 
 @pytest.fixture(scope="module")
@@ -18,10 +17,11 @@ def settled():
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("steps", [1, 8])
 def test_both_engines_anneal_alike(seed, steps, settled, monkeypatch):
-    schemes = Schemes.of(replace(METHOD, annealing=replace(METHOD.annealing, effort="fast", shake_steps=steps)))
+    scheme = replace(METHOD.annealing, effort="fast", shake_steps=steps)
+    relaxing = Relaxing(settled.net.bubbles.boundary_count, steps, 0.5, 1.0)
 
     def found():
-        return list(annealed(settled, front(), schemes, np.random.default_rng(seed)))
+        return list(scheme(settled, front(), METHOD.relaxation, relaxing, np.random.default_rng(seed)))
 
     compiled = found()
     monkeypatch.setattr("bubblemesh.packing.ellipses.annealing.library", lambda: None)

@@ -10,21 +10,17 @@ from metrics import tensor_metric, uniform_metric
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area
+from bubblemesh.kernels.ellipse_annealing import Relaxing
 from bubblemesh.kernels.tensors import roots
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.tensors import area_sizes, of_axes
-from bubblemesh.packing.ellipses.annealing import SPARED, annealed
-from bubblemesh.packing.ellipses.mending import mended
+from bubblemesh.packing.ellipses.annealing import SPARED, EllipseAnnealing
+from bubblemesh.packing.ellipses.mending import EllipseMending
 from bubblemesh.packing.ellipses.net import connected, flipped_net
-from bubblemesh.packing.ellipses.packing import EllipsePacking
-from bubblemesh.packing.ellipses.population import controlled
-from bubblemesh.packing.ellipses.schemes import Schemes
-from bubblemesh.packing.ellipses.smoothing import costs, metrics_at, smoothed
-from bubblemesh.packing.ellipses.trials import tried
+from bubblemesh.packing.ellipses.smoothing import EllipseSmoothing, NoEllipseSmoothing, costs, metrics_at
 from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
-from bubblemesh.packing.smoothing import NoSmoothing
 from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
@@ -111,7 +107,8 @@ def test_shares_are_told_after_each_pass(smoothing, mending, monkeypatch):
         calls.append(len(told))
         return smoothed(*given)
 
-    monkeypatch.setattr("bubblemesh.packing.ellipses.packing.smoothed", counted)
+    smoothed = EllipseSmoothing.__call__
+    monkeypatch.setattr(EllipseSmoothing, "__call__", counted)
     told, method = [], with_finish(smoothing, mending)
     packed(SQUARE, front(), told.append, method)
     assert told == sorted(told)
@@ -126,9 +123,10 @@ def test_bubbles_leave_between_the_first_passes_as_often_as_attempts_are_made_at
 
     def counted(*given):
         calls.append(len(given))
-        return mended(*given)
+        return fewer(*given)
 
-    monkeypatch.setattr("bubblemesh.packing.ellipses.packing.mended", counted)
+    fewer = EllipseMending.fewer
+    monkeypatch.setattr(EllipseMending, "fewer", counted)
     packed(SQUARE, front(), method=with_finish({"passes": 6}, {"mend_attempts": attempts}))
     assert len(calls) == times
 
@@ -136,13 +134,14 @@ def test_bubbles_leave_between_the_first_passes_as_often_as_attempts_are_made_at
 @pytest.mark.parametrize(("passes", "before"), [(1, 0), (2, 0), (3, 1), (6, 4)])
 def test_trials_come_before_the_last_two_passes(passes, before, monkeypatch):
     order = []
-    for name, function in (("smoothed", smoothed), ("tried", tried)):
+    for name, scheme, method in (("smoothed", EllipseSmoothing, "__call__"), ("tried", EllipseMending, "tried")):
+        function = getattr(scheme, method)
 
         def noted(*given, name=name, function=function):
             order.append(name)
             return function(*given)
 
-        monkeypatch.setattr(f"bubblemesh.packing.ellipses.packing.{name}", noted)
+        monkeypatch.setattr(scheme, method, noted)
     packed(SQUARE, front(), method=with_finish({"passes": passes}, {}))
     assert order.count("smoothed") == passes
     assert order.index("tried") == before
@@ -163,7 +162,7 @@ def test_bubbles_come_to_long_edges_where_the_area_lacks_them():
     spacing = uniform_metric(0.1, 0.2, 0.0)
     shell = boundary_bubbles(SQUARE, spacing)
     net = connected(shell.append(np.array([[0.5, 0.5]]), np.ones(1)), SQUARE, spacing)
-    change = controlled(net, spacing, METHOD.population)
+    change = METHOD.population(net, spacing)
     assert len(change.net.tensors) == len(net.tensors) + change.inserted
     assert change.inserted >= 1
     assert (signed_areas(change.net.net.bubbles.x, change.net.net.triangles) > 0).all()
@@ -193,8 +192,8 @@ def test_layers_far_thinner_than_the_cells_of_the_start_get_their_bubbles(across
 
 def test_annealing_leaves_bubbles_alone_where_ellipses_are_shorter():
     spacing, net = front(), settled_ellipses()
-    schemes = Schemes.of(replace(METHOD, annealing=replace(METHOD.annealing, shake_steps=0)))
-    first, _ = next(annealed(net, spacing, schemes, np.random.default_rng(0)))
+    still = Relaxing(net.net.bubbles.boundary_count, 0, 0.5, 1.0)
+    first, _ = next(METHOD.annealing(net, spacing, METHOD.relaxation, still, np.random.default_rng(0)))
     before, free = net.net.bubbles.x, spacing.shares(net.net.bubbles.x) > SPARED
     stayed = (first.net.bubbles.x == before).all(axis=1)
     assert not free.all()
@@ -203,14 +202,14 @@ def test_annealing_leaves_bubbles_alone_where_ellipses_are_shorter():
 
 
 def test_bubbles_stay_where_they_were_if_annealing_piles_them_up(monkeypatch):
-    def piled(ellipses, *given):
+    def piled(scheme, ellipses, *given):
         x = ellipses.net.bubbles.x.copy()
         x[ellipses.interior] = 0.5 + 0.9 * (x[ellipses.interior] - 0.5)
         yield ellipses.at(x), 1
 
     found = []
     for annealing in (piled, lambda *given: iter(())):
-        monkeypatch.setattr("bubblemesh.packing.ellipses.packing.annealed", annealing)
+        monkeypatch.setattr(EllipseAnnealing, "__call__", annealing)
         found.append(packed(SQUARE, front())[-1].net.bubbles.x)
     np.testing.assert_array_equal(*found)
 
@@ -218,7 +217,7 @@ def test_bubbles_stay_where_they_were_if_annealing_piles_them_up(monkeypatch):
 def test_bubbles_stay_where_they_were_if_the_time_is_up_while_annealing_piles_them_up(monkeypatch):
     going = []
 
-    def piled(ellipses, *given):
+    def piled(scheme, ellipses, *given):
         x = ellipses.net.bubbles.x.copy()
         x[ellipses.interior] = 0.5 + 0.9 * (x[ellipses.interior] - 0.5)
         going.append(ellipses)
@@ -228,7 +227,7 @@ def test_bubbles_stay_where_they_were_if_the_time_is_up_while_annealing_piles_th
         if going:
             raise TimeUp("no time")
 
-    monkeypatch.setattr("bubblemesh.packing.ellipses.packing.annealed", piled)
+    monkeypatch.setattr(EllipseAnnealing, "__call__", piled)
     *_, last = packed(SQUARE, front(), watch)
     np.testing.assert_array_equal(last.net.bubbles.x, going[0].net.bubbles.x)
 
@@ -245,21 +244,24 @@ def test_trials_made_when_the_time_is_up_are_not_lost(monkeypatch):
         if len(done) == 3:
             raise TimeUp("no time")
 
-    monkeypatch.setattr("bubblemesh.packing.ellipses.packing.tried", noted)
+    tried = EllipseMending.tried
+    monkeypatch.setattr(EllipseMending, "tried", noted)
     *_, last = packed(SQUARE, front(), watch)
     assert len(done) == 3
     np.testing.assert_array_equal(last.net.bubbles.x, done[-1].x)
 
 
-@pytest.mark.parametrize("smoothing", [NoSmoothing(), replace(METHOD.smoothing, passes=0)], ids=["none", "no pass"])
+@pytest.mark.parametrize(
+    "smoothing", [NoEllipseSmoothing(), replace(METHOD.smoothing, passes=0)], ids=["none", "no pass"]
+)
 def test_without_smoothing_no_trials_are_expected(smoothing):
-    assert EllipsePacking.finishing_work(replace(METHOD, smoothing=smoothing), 1000) == 0
+    assert replace(METHOD, smoothing=smoothing).finishing_work(1000) == 0
 
 
 def test_smoothing_goes_by_the_metric_that_is_asked_for():
     spacing, net = front(), settled_ellipses()
     wider = MetricSpacing.of(lambda x, y: spacing.ellipses(x, y).wider(2.0), bent=spacing.bent)
-    done, other = (smoothed(net, SQUARE, one, METHOD.smoothing) for one in (spacing, wider))
+    done, other = (METHOD.smoothing(net, SQUARE, one) for one in (spacing, wider))
     np.testing.assert_array_equal(done.net.bubbles.x, other.net.bubbles.x)
 
 
@@ -281,9 +283,9 @@ def test_smoothing_and_mending_lessen_what_triangles_cost():
     def total(some):
         return costs(some.net.bubbles.x, some.net.triangles, spacing, METHOD.smoothing).sum()
 
-    better = smoothed(ellipses, SQUARE, spacing, METHOD.smoothing)
+    better = METHOD.smoothing(ellipses, SQUARE, spacing)
     assert total(better) < total(ellipses)
-    fewer = mended(ellipses, spacing, METHOD.smoothing, METHOD.mending)
+    fewer = METHOD.mending.fewer(ellipses, spacing, METHOD.smoothing)
     assert len(fewer.tensors) < len(ellipses.tensors)
     assert total(fewer) < total(ellipses)
     for some in (better, fewer):
@@ -312,7 +314,7 @@ def test_bubbles_on_a_curve_slide_along_it_to_better_triangles():
     domain, spacing = disc(1.0), uniform_metric(0.1, 0.25, 0.3)
     before = shifted(domain, spacing)
     x = before.net.bubbles.x
-    after = smoothed(before, domain, spacing, METHOD.smoothing).net
+    after = METHOD.smoothing(before, domain, spacing).net
     count = before.net.bubbles.boundary_count
     np.testing.assert_allclose(np.hypot(*after.bubbles.x[:count].T), 1, rtol=1e-12)
     there = domain.boundary.points(after.bubbles.piece, after.bubbles.s)
@@ -324,7 +326,7 @@ def test_bubbles_on_a_curve_slide_along_it_to_better_triangles():
     )
     tied = disc(1.0)
     tied.__dict__["tied"] = np.array([True])
-    held = smoothed(before, tied, spacing, METHOD.smoothing).net
+    held = METHOD.smoothing(before, tied, spacing).net
     np.testing.assert_array_equal(held.bubbles.x[:count], x[:count])
     total_held = costs(held.bubbles.x, held.triangles, spacing, METHOD.smoothing).sum()
     assert total_after < total_held < total_before
@@ -335,7 +337,7 @@ def test_the_boundary_stays_where_too_little_would_be_left_of_a_triangle_put_bac
     before = shifted(domain, spacing)
     on_curve = before.net.bubbles.sliding
     monkeypatch.setattr("bubblemesh.kernels.ellipse_motion.KEEP", 0.999)
-    net = smoothed(before, domain, spacing, METHOD.smoothing).net
+    net = METHOD.smoothing(before, domain, spacing).net
     np.testing.assert_allclose(net.bubbles.x[on_curve], before.net.bubbles.x[on_curve], atol=1e-12)
     assert (signed_areas(net.bubbles.x, net.triangles) > 0).all()
 
@@ -373,13 +375,13 @@ def one_too_many():
 
 def test_mending_takes_away_a_bubble_between_others():
     spacing, perfect, crowded = one_too_many()
-    fewer = mended(crowded, spacing, METHOD.smoothing, METHOD.mending)
+    fewer = METHOD.mending.fewer(crowded, spacing, METHOD.smoothing)
     assert len(fewer.tensors) == len(perfect.tensors)
 
 
 def test_population_control_deletes_no_more_bubbles_than_are_too_many():
     spacing, *nets = one_too_many()
-    changes = [controlled(net, spacing, METHOD.population) for net in nets]
+    changes = [METHOD.population(net, spacing) for net in nets]
     gone = [
         len(net.tensors) + change.inserted - len(change.net.tensors) for net, change in zip(nets, changes, strict=True)
     ]

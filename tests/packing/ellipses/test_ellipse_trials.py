@@ -13,7 +13,6 @@ from bubblemesh.meshes.tensors import of_axes
 from bubblemesh.packing.ellipses.net import connected
 from bubblemesh.packing.ellipses.patches import patches_around
 from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, shape_measures
-from bubblemesh.packing.ellipses.trials import tried
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.rounds import rounds
 
@@ -43,7 +42,7 @@ def settled(domain, spacing):
 
 def attempts(ellipses, spacing, seed=0, **keys):
     mending = replace(METHOD.mending, **keys)
-    return list(tried(ellipses, spacing, METHOD.smoothing, mending, np.random.default_rng(seed)))
+    return list(mending.tried(ellipses, spacing, METHOD.smoothing, np.random.default_rng(seed)))
 
 
 def attempted(ellipses, spacing, seed=0):

@@ -1,0 +1,106 @@
+"""What packing methods have in common, those of circles and those of ellipses."""
+
+from typing import ClassVar, Protocol
+
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.packing.annealing import Annealing, NoAnnealing, Rank
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.ellipses.annealing import EllipseAnnealing, EllipseRelaxation, NoEllipseAnnealing
+from bubblemesh.packing.levels import Levels
+from bubblemesh.packing.net import Net
+from bubblemesh.packing.placement import Perturbation, Placement
+from bubblemesh.packing.progress import CONNECTING, Stage
+from bubblemesh.packing.relaxation import Relaxation, Relaxed
+from bubblemesh.packing.setting import Setting
+from bubblemesh.packing.termination import Termination
+from bubblemesh.packing.viscosity import NoOddBubbles, OddBubbles
+from bubblemesh.records import record
+from bubblemesh.spacing.spacing import Spacing
+
+
+class Packing(Protocol):
+    """Bubbles on the level at hand, circles or ellipses, and what each round does to them."""
+
+    @property
+    def net(self) -> Net:
+        """The bubbles so far, connected."""
+
+    def refine(self, spacing: Spacing) -> None:
+        """Refine the bubbles for the next level's spacing."""
+
+    def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
+        """Move them in a round of a stage, counted from 0, in the first one by annealing if the stage has it.
+
+        If ``odd``, those that were touched have a viscosity of their own.
+        """
+
+    def control(self) -> int:
+        """Control the population; the number of new bubbles."""
+
+    @property
+    def lacks_many(self) -> bool:
+        """Whether so many bubbles are missing yet that rounds go on even if few come in each."""
+
+    def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
+        """Finish the packing in its last round; the number of new bubbles, and the motion."""
+
+    def end(self) -> None:
+        """Make a result of what there is, when the time is up."""
+
+
+@record
+class Method:
+    """A packing method: one scheme, with its parameters, for each task.
+
+    Those of further tasks depend on what is packed: `CircleMethod` and `EllipseMethod` have them.
+    """
+
+    in_metric: ClassVar[bool]  # whether it packs ellipses
+
+    levels: Levels
+    placement: Placement
+    perturbation: Perturbation
+    relaxation: Relaxation | EllipseRelaxation
+    annealing: NoAnnealing | Annealing | NoEllipseAnnealing | EllipseAnnealing
+    odd: NoOddBubbles | OddBubbles
+    termination: Termination
+
+    def packing(self, start: Bubbles, spacing: Spacing, setting: Setting) -> Packing:
+        """The bubbles of a start, connected."""
+        raise NotImplementedError
+
+    def finishing_work(self, bubbles: int) -> float:
+        """Expected cost of the end of a packing of so many bubbles, in steps of relaxation of one bubble."""
+        raise NotImplementedError
+
+    def started(
+        self, domain: Domain, spacing: Spacing, expected_nodes: float, max_nodes: int
+    ) -> tuple[tuple[Spacing, ...], Bubbles]:
+        """The spacings of the levels, the coarsest first, and the bubbles of that one before any motion.
+
+        LimitError if there would be many more than ``max_nodes`` of them.
+        """
+        placement = self.placement.fitted(domain, spacing, expected_nodes)
+        levels = (spacing,) if placement.in_order else self.levels(domain, spacing, expected_nodes)
+        if len(levels) > 1:
+            placement = self.placement.fitted(domain, levels[0], halvings=len(levels) - 1)
+        return levels, placement(domain, levels[0], max_nodes)
+
+    def stages(self, levels: int, bubbles: int) -> tuple[Stage, ...]:
+        """Stages on so many levels; the first has so many ``bubbles``, and each next one four times more.
+
+        Each level settles; those that have cycles of annealing go through these then, and settle again.
+        """
+        stages = []
+        for level in range(levels):
+            rank, count = Rank(coarser=level, finer=levels - 1 - level), bubbles * 4**level
+            finest = rank.finer == 0
+            work = count * (CONNECTING + self.termination.expected_steps(level == 0))
+            cycles = self.annealing.cycles(count, rank)
+            if cycles:
+                stages.append(Stage(rank, annealing=False, finishing=False, work=work))
+                work += count * cycles * (CONNECTING + self.annealing.shake_steps)
+            if finest:
+                work += self.finishing_work(count)
+            stages.append(Stage(rank, annealing=cycles > 0, finishing=finest, work=work))
+        return tuple(stages)
