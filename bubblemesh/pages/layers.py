@@ -16,26 +16,14 @@ from bubblemesh.pictures.styles import PlotOptions, View
 HIGH, WIDE = 2.5, 2.5  # half the width of the picture: the larger of so many heights of layers or edges of the wall
 FLAT = 0.5  # height of the picture over its width
 DPI = 110
-HEADS = (
-    "Layers",
-    "Columns",
-    "Complete",
-    "First height",
-    "Kept",
-    "Height",
-    "Upright",
-    "Aspect",
-    "Angle",
-    "Beyond",
-    "Lowest",
-)
+HEADS = ("Layers", "Columns", "Complete", "First height", "Kept", "Height", "Angles", "Aspect", "Beyond", "Lowest")
 MEANING = (
     "Complete: columns with all layers at full height. First height: that of the case, times the mean of what came "
     "out over it. Kept: share of the wall on which it is that of the case to 5 %. Height: mean of the columns. "
-    "Upright: least angle between a column and the wall. Aspect: largest width of a cell over its height. Angle: "
-    "largest of the cells as triangles. Beyond: height of the triangles on the last layer over that of this layer. "
-    "Lowest: a column with the fewest layers, if some lack any. Quality, angles and edge lengths are those of the "
-    "triangles beside the layers."
+    "Angles: the least between a column and the wall, and the largest of the cells as triangles. Aspect: largest "
+    "width of a cell over its height. Beyond: height of the triangles on the last layer over that of this layer. "
+    "Lowest: a column with the fewest layers, if some lack any. Quality and edge lengths are those of the triangles "
+    "beside the layers."
 )
 
 
@@ -63,9 +51,8 @@ def _cells(row: Mapping[str, Any], size: float) -> Iterator[Markup]:
     yield cell(f"{row['wanted']:.3g} x {first['mean']:.3f}" if first else "")
     yield cell(f"{first['kept']:.1%}" if first else "")
     yield cell(f"{row['thickness']:.3g}")
-    yield cell(f"{upright['least']:.0f}°" if upright else "")
+    yield cell(f"{upright['least']:.0f}, {row['angle_max']['degrees']:.0f}°" if upright else "")
     yield cell(f"{row['aspect']:.3g}" if first else "")
-    yield cell("" if row["angle_max"] is None else f"{row['angle_max']['degrees']:.0f}°")
     yield cell("" if row["across_front"] is None else f"{row['across_front']:.2f}")
     places = (f"{lowest['layers']} at {place(lowest['at'], size)}" for lowest in row["shortest"][:1])
     yield cell(linked_places("".join(places)))

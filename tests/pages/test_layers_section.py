@@ -43,13 +43,13 @@ def test_each_label_has_a_row_and_the_lowest_column_a_place(layered):
     rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", section)][1:]
     assert [row[0] for row in rows] == ["wall", "&lt;i&gt;pin&lt;/i&gt;"]
     assert rows[0][1:7] == ["4", str(wall["columns"]), "100.0%", "0.004 x 1.000", "100.0%", f"{wall['thickness']:.3g}"]
-    assert rows[0][9] == f"{wall['angle_max']['degrees']:.0f}°"
-    assert rows[0][11] == ""
+    assert rows[0][7] == f"{wall['orthogonality']['least']:.0f}, {wall['angle_max']['degrees']:.0f}°"
+    assert rows[0][10] == ""
     numbers = [int(number) for number in re.findall(r"\d+", rows[1][1])]
     assert [*sorted({pin["count"]["least"], pin["count"]["most"]}), 20] == numbers
-    assert rows[1][10] == f"{pin['across_front']:.2f}"
+    assert rows[1][9] == f"{pin['across_front']:.2f}"
     lowest = pin["shortest"][0]
-    assert rows[1][11].startswith(f"{lowest['layers']} at <button")
+    assert rows[1][10].startswith(f"{lowest['layers']} at <button")
     (button, again) = Elements(section).named("button")
     assert [float(button[1][key]) for key in ("data-x", "data-y")] == pytest.approx(lowest["at"], abs=1e-5)
     assert again[1] == button[1]
