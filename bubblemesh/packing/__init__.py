@@ -9,8 +9,10 @@ bubble
     A circle, or in a metric an ellipse, with a node of the mesh at its centre.
 net
     Bubbles with the constrained Delaunay triangulation that connects them.
-kind
-    What is done with circles, or with ellipses, in each step.
+scheme
+    How one task of a packing is done, such as placement or annealing, with its parameters.
+method
+    One scheme for each task: a row of the table, for circles or for ellipses.
 shell
     The bubbles on the boundary, on lines and at points, which come first.
 level
