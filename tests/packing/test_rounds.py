@@ -15,7 +15,6 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing import net as nets
 from bubblemesh.packing.annealing import NoAnnealing
-from bubblemesh.packing.circles import CirclePacking
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.packing.net import connect
@@ -54,8 +53,8 @@ def test_perfect_packing_hardly_moves():
 
 def test_bubbles_that_neither_come_nor_go_stay_connected_as_they_are():
     domain, spacing, bubbles = packed_hexagon(5)
-    setting = Setting(domain, METHODS["multilevel"], np.random.default_rng(0), Progress([], lambda share: None))
-    packing = CirclePacking.of(bubbles, spacing, setting)
+    setting = Setting(domain, np.random.default_rng(0), Progress([], lambda share: None))
+    packing = METHODS["multilevel"].packing(bubbles, spacing, setting)
     before = packing.net
     assert packing.control() == 0
     assert packing.net.triangles is before.triangles

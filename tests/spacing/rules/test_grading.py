@@ -10,6 +10,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.spacing.expression import Expression
+from bubblemesh.spacing.rules import sources as source_rules
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, gradient_limited, limited_for_packing
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves
 from bubblemesh.spacing.spacing import Spacing
@@ -151,9 +152,10 @@ def test_growth_goes_around_walls_however_thin(width):
 
 
 @pytest.mark.parametrize("growth", [0.1, 0.2, 0.4])
-def test_curves_get_the_nodes_that_their_sources_ask_for(growth):
+def test_curves_get_the_nodes_that_their_sources_ask_for(growth, monkeypatch):
+    monkeypatch.setattr(source_rules, "WIDEST_TURN", 2 * np.pi / 36)
     plate = Domain.of(rings.rectangle(-1, -1, 1, 1), [rings.circle((0, 0), 0.2), rings.circle((0.6, 0.5), 0.03)])
-    fine = gradient_limited(plate, uniform(0.3), growth, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36)).spacing
+    fine = gradient_limited(plate, uniform(0.3), growth, coarse_curves(plate, uniform(0.3))).spacing
     for piece in np.flatnonzero(plate.boundary.curved):
         length = plate.boundary.lengths[piece]
         s = (np.arange(5000) + 0.5) / 5000 * length
@@ -175,10 +177,11 @@ def test_spots_that_no_sample_sees_are_known_by_their_places(size, slope):
 
 
 @pytest.mark.long
-def test_what_grows_slowly_by_its_rules_is_graded_no_more():
+def test_what_grows_slowly_by_its_rules_is_graded_no_more(monkeypatch):
+    monkeypatch.setattr(source_rules, "WIDEST_TURN", 2 * np.pi / 36)
     holes = [rings.circle((0.3 * i, 0.5 * j), 0.05) for i in (-2, 0, 1) for j in (-1, 0, 1)]
     plate = Domain.of(rings.rectangle(-1, -1, 1, 1), holes)
-    ruled = gradient_limited(plate, uniform(0.3), STEEPEST_GROWTH, coarse_curves(plate, uniform(0.3), 2 * np.pi / 36))
+    ruled = gradient_limited(plate, uniform(0.3), STEEPEST_GROWTH, coarse_curves(plate, uniform(0.3)))
     assert limited_for_packing(plate, ruled, NONE) is ruled
     finer = limited_for_packing(plate, ruled, Sources(np.array([[0.9, 0.9]]), np.array([0.01])))
     assert finer.steepest is None
