@@ -378,7 +378,7 @@ def test_a_scheduler_that_stops_in_mid_batch_ends_the_batch_with_whole_rows(here
                 monkeypatch.setattr(f"bubblemesh.workers.cluster.{name}", 0.5)
 
     try:
-        with pytest.raises(FileError, match="the scheduler is out of reach: start it, and run the batch again"):
+        with pytest.raises(FileError, match="the scheduler is out of reach: start it, and give the command again"):
             follow(stop, "a.yaml", folder="out", workers=workers_at(None, own.address))
     finally:
         own.close()
