@@ -43,7 +43,6 @@ TICK = 0.1  # seconds between two looks at the memory
 MOST_TURNS = 3  # of what is too large to be run in all ways
 LEAST_PARTS = 4  # so that there is one for each of 4 workers
 SETTLED = 5.0  # seconds that workers of a cluster take to start
-SAMPLE, ROWS = 1_000_000, 10_000  # triangles whose distance from cuts is looked up, and how many follow each other
 BESIDE, AWAY = 2.0, 10.0  # spacings from a cut, and from a wall
 BEGIN, END = "<!-- benchmarks.large -->", "<!-- end -->"
 
@@ -173,10 +172,7 @@ def beside_cuts(path: Path, run: Run) -> dict[str, tuple[float, float]]:
     lines = shapely.union_all(shapely.linestrings([line.vertices for line in cuts.lines]))
     shapely.prepare(lines)
     with h5py.File(run.folder / "large.h5") as file:
-        points, count = file["data0"][:], len(file["data1"])
-        # A sample of so many rows that follow each other, from all over the file, is enough of a large mesh.
-        starts = range(0, count, max(ROWS * (count // SAMPLE), ROWS))
-        triangles = np.concatenate([file["data1"][start : start + ROWS] for start in starts])
+        points, triangles = file["data0"][:], file["data1"][:]
     centers = points[triangles].mean(axis=1)
     away = shapely.distance(lines, shapely.points(centers)) / problem.packing_spacing.extended(centers)
     wall = problem.domain.distance_at_least(centers) / problem.packing_spacing.extended(centers)
