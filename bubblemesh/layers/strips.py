@@ -14,7 +14,7 @@ from bubblemesh.spacing.rules.sources import Sources
 
 FLAT = np.radians(145)  # largest angle of a triangle that is halved
 TINY = np.finfo(float).tiny
-LOW_FAN = 0.5  # of the spacing at its foot: shorter edges of a fan's front have the edges of the wall grow from there
+LOW_FAN = 0.2  # of the spacing at its foot: shorter edges of a fan's front have the edges of the wall grow from there
 
 
 class Cells(NamedTuple):
@@ -107,7 +107,9 @@ class Strips:
         """
         fans = np.flatnonzero(self.columns.fan & self.full)
         foot, length = self.columns.pair[fans, 0], np.hypot(*np.diff(self.x[self.fronts[fans]], axis=1)[:, 0].T)
-        low = length < LOW_FAN * self.columns.spacing[foot]
+        # Layers of a given number that end early for lack of room would have less of it if the wall had more nodes.
+        complete = self.columns.are_isotropic[foot] | (self.heights.count >= self.heights.requested)[foot]
+        low = complete & (length < LOW_FAN * self.columns.spacing[foot])
         return Sources(self.columns.at[foot[low]], length[low])
 
     @property
