@@ -22,8 +22,7 @@ class Cells(NamedTuple):
 
     triangles: Integers  # (t, 3): counter-clockwise
     diagonals: Integers  # (q, 2): edges between two triangles that are one quadrilateral
-    pair_of_quad: Integers  # (q,): pair of columns
-    pair: Integers  # (t,): the same of each triangle
+    pair: Integers  # (t,): pair of columns of each triangle; the first q are the quadrilaterals' first halves
 
 
 @record
@@ -150,7 +149,6 @@ class Strips:
         return Cells(
             np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d]), three]),
             np.column_stack([a, c]),
-            pair,
             np.concatenate([pair, pair, pair_of_three]),
         )
 
@@ -176,8 +174,9 @@ class Strips:
         i, j = columns.pair[pair].T
         along = np.column_stack([self.node(i, level), self.node(j, level)])
         cells = self.cells
-        mine = curved[cells.pair_of_quad]
-        across, beside = cells.diagonals[mine], cells.pair_of_quad[mine]
+        of_quad = cells.pair[: len(cells.diagonals)]
+        mine = curved[of_quad]
+        across, beside = cells.diagonals[mine], of_quad[mine]
         steps = np.flatnonzero(curved & (np.diff(self.heights.count[columns.pair], axis=1)[:, 0] != 0))
         edges = np.concatenate([along, across, self.fronts[steps]])
         owner = np.concatenate([pair, beside, steps])
