@@ -33,7 +33,7 @@ from benchmarks.peers.machine import machine
 from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.parts.cuts import cut
-from bubblemesh.parts.parted import enough_parts
+from bubblemesh.parts.pipeline import enough_parts
 from bubblemesh.problem.prepare import prepare
 
 PEERS = Path(__file__).parents[1] / "configs" / "peers" / "example-3.yaml"

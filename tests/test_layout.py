@@ -197,7 +197,7 @@ def test_a_plain_case_does_not_wait_for_libraries_that_it_does_not_need(tmp_path
     loaded = set(run.stdout.split())
     assert "meshio" in loaded
     assert not loaded & {"scipy", "matplotlib", "PIL", "distributed", "ezdxf", "pyogrio", "svgelements"}
-    assert not loaded & {"numpy.ma", "bubblemesh.parts.parted"}
+    assert not loaded & {"numpy.ma", "bubblemesh.parts.pipeline"}
 
 
 CHECKED = """

@@ -213,8 +213,8 @@ def test_the_limits_of_the_outer_call_hold_inside():
 STANDS_FOR = {
     "geometry": "bubblemesh.problem.prepare.case_domain",
     "spacing": "bubblemesh.problem.fitting.surveyed",
-    "placement": "bubblemesh.run.packings.tabulated",
-    "quality": "bubblemesh.run.measured.require_conforming",
+    "placement": "bubblemesh.run.packing.tabulated",
+    "quality": "bubblemesh.run.measurement.require_conforming",
     "writing": "bubblemesh.meshfiles.writing.json_text",
 }
 

@@ -38,7 +38,7 @@ from bubblemesh.problem.spacing import SpacingRequest, held_request
 from bubblemesh.problem.task import task_of
 from bubblemesh.process.limits import timed
 from bubblemesh.records import record
-from bubblemesh.run.packings import OnRound, OnShare
+from bubblemesh.run.packing import OnRound, OnShare
 from bubblemesh.run.pipeline import Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.metric.field import TensorField

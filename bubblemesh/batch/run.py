@@ -6,7 +6,7 @@ from itertools import chain
 from typing import Any
 
 from bubblemesh.batch.dispatch import BatchListener, dispatch
-from bubblemesh.batch.files import place_files, reserved, tidied
+from bubblemesh.batch.folders import place_files, reserved, tidied
 from bubblemesh.batch.plan import BatchOptions, Entry
 from bubblemesh.batch.resume import recorded, rows_of_others, unchanged
 from bubblemesh.batch.summary import Summary, indexed, require_no_index, totals

@@ -6,9 +6,9 @@ from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.data_terms import Bounds
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.embedded import LineKeys, PointKeys
 from bubblemesh.case.fields import Choice, Label, OneLabel, PositiveArea, Strict, Text, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
+from bubblemesh.case.lines_and_points import LineKeys, PointKeys
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
 from bubblemesh.case.shoreline import ShorelineKeys

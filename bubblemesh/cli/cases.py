@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from bubblemesh.parts.work import Crew
     from bubblemesh.problem.problem import Problem
     from bubblemesh.run.destination import Destination, OutputOptions, StreamDestination
-    from bubblemesh.run.packings import OnRound, OnShare
+    from bubblemesh.run.packing import OnRound, OnShare
     from bubblemesh.run.pipeline import Result, SlicedResult
 
-PACKING = "bubblemesh.parts.cores"  # what workers call
+PACKING = "bubblemesh.parts.packing"  # what workers call
 
 
 @with_overrides
@@ -71,7 +71,7 @@ def run(
     with ExitStack() as outlasting, crew_for(loaded, jobs, cluster, at_once=not dry_run) as crew:
         from bubblemesh.run import pipeline
         from bubblemesh.run.destination import OutputOptions
-        from bubblemesh.run.keeping import parts_kept
+        from bubblemesh.run.part_store import parts_kept
 
         options = OutputOptions(output, formats or (), solvers or (), history, page)
         place = destination_of(loaded, case, options, as_json, in_slices=True)

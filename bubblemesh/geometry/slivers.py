@@ -8,7 +8,7 @@ import shapely
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.arrangement import NEARLY
-from bubblemesh.geometry.neighbours import widths
+from bubblemesh.geometry.borders import widths
 from bubblemesh.geometry.nesting import Shapes
 
 LONG = 5.0  # area of a sliver in terms of its width's square, at least: where borders part at an angle there is less

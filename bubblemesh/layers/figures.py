@@ -13,9 +13,9 @@ from bubblemesh.layers.joining import Joined
 from bubblemesh.layers.lacks import Lack, lacks, low_columns, lowest
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder
 from bubblemesh.layers.obstacles import Obstacles
+from bubblemesh.layers.placement import columns_on
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.room import room
-from bubblemesh.layers.standing import columns_on
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
 from bubblemesh.meshes.edges import find_sides

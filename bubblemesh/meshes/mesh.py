@@ -306,7 +306,7 @@ class Mesh:
         FileError
             If the file cannot be read, or holds no plane mesh of triangles.
         """
-        from bubblemesh.meshfiles.whole import whole_mesh
+        from bubblemesh.meshfiles.whole_mesh import whole_mesh
 
         mesh, notes = whole_mesh(Path(path))
         for note in notes:

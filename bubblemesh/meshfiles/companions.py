@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from bubblemesh.errors import BubblemeshError
-from bubblemesh.meshfiles.contained import files_of_xdmf
+from bubblemesh.meshfiles.containment import files_of_xdmf
 
 
 def files_beside(path: Path) -> list[Path]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.meshfiles.coincident import joined
 from bubblemesh.meshfiles.groups import KEPT
+from bubblemesh.meshfiles.merging import joined
 from bubblemesh.meshfiles.read import CORNERS, LINEAR, REAL, MeshFile, digits, read_triangles
 
 MMG = (".mesh", ".meshb")  # endings of files whose data are in a file beside them

@@ -11,7 +11,7 @@ from bubblemesh.records import record
 
 if TYPE_CHECKING:
     from bubblemesh.meshes.mesh import Mesh
-    from bubblemesh.meshes.sliced import SlicedMesh
+    from bubblemesh.meshes.slices import SlicedMesh
     from bubblemesh.meshfiles.groups import Fields
 
 BOTH = (1, 2)

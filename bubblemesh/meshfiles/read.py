@@ -20,10 +20,10 @@ from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import is_confined, local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quads import halved
-from bubblemesh.meshfiles.coincident import are_apart, places
-from bubblemesh.meshfiles.contained import require_contained
-from bubblemesh.meshfiles.curved import curved_notes
+from bubblemesh.meshfiles.containment import require_contained
+from bubblemesh.meshfiles.curved_cells import curved_notes
 from bubblemesh.meshfiles.groups import ENDS, cell_groups
+from bubblemesh.meshfiles.merging import are_apart, places
 from bubblemesh.meshfiles.names import named
 from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.source import Block, Source

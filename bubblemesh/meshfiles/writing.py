@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import LONGEST_FILE_NAME, bytes_of_name, temporary_folder, unwritten
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.meshfiles.formats import (
     format_named,
     formats_by_ending,

@@ -13,7 +13,7 @@ from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_si
 from bubblemesh.meshes.quality import REGULAR_VALENCE
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.leaving import connected_without_lost
+from bubblemesh.packing.lost_bubbles import connected_without_lost
 from bubblemesh.packing.neighbours import next_to
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing

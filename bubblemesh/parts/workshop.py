@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from typing import TypeVar
 
-from bubblemesh.parts.cores import kept_part, packed_part
+from bubblemesh.parts.packing import kept_part, packed_part
 from bubblemesh.parts.part import Margin
 from bubblemesh.parts.seams import packed_again
 from bubblemesh.parts.store import Store

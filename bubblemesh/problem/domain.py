@@ -16,15 +16,15 @@ from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, ab
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.followed import Following, followed_together
+from bubblemesh.geometry.following import Following, followed_together
 from bubblemesh.geometry.geography import given_places, given_plane, projecting
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import ring_name, tell_places_by, tell_places_of
 from bubblemesh.problem.crs import projecting_of, require_one_unit_in_box
 from bubblemesh.problem.drawing import drawn
-from bubblemesh.problem.embedded import lines_of, points_of
 from bubblemesh.problem.files import own_files
+from bubblemesh.problem.lines_and_points import lines_of, points_of
 from bubblemesh.problem.repair import repair_of, with_repair
 from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_areas_of, selection_of
 

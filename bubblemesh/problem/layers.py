@@ -12,8 +12,8 @@ from bubblemesh.case.layers import LayerKeys
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder, count_of, first_of, growth_of
-from bubblemesh.layers.layered import HighLayerError, layered
 from bubblemesh.layers.pinches import SHORT
+from bubblemesh.layers.pipeline import HighLayerError, layered
 from bubblemesh.layers.rest import Rest
 from bubblemesh.messages import meant
 from bubblemesh.spacing.metric.metric import MetricSpacing

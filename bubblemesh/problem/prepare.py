@@ -13,12 +13,12 @@ from bubblemesh.errors import CaseError, Key, LimitError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
+from bubblemesh.problem.compatibility import require_possible
 from bubblemesh.problem.crs import require_one_unit
 from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
 from bubblemesh.problem.node_target import CLOSE, Scales, ScaleSearch, Trial, fit_node_target
-from bubblemesh.problem.possible import require_possible
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
@@ -145,7 +145,7 @@ def check_spacing(
     problem = problem if metric is None else _in_metric(problem, metric)
     if task.ladders:
         # Imported here since few meshes have layers.
-        from bubblemesh.layers.layered import HighLayerError
+        from bubblemesh.layers.pipeline import HighLayerError
         from bubblemesh.problem.layers import left_out
 
         try:

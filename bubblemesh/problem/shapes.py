@@ -28,7 +28,7 @@ from bubblemesh.case.shapes import (
 from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import Rule, overlaid
-from bubblemesh.geometry.followed import Following
+from bubblemesh.geometry.following import Following
 from bubblemesh.geometry.geography import is_projecting, projected_length, projected_point, projected_ring
 from bubblemesh.geometry.nesting import nested
 from bubblemesh.geometry.paths import Area, Point, Ring, as_point

@@ -10,8 +10,8 @@ import shapely
 from bubblemesh.case import Case
 from bubblemesh.case.domain import RegionFile
 from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.borders import matched
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.neighbours import matched
 from bubblemesh.geometry.nesting import Shapes
 from bubblemesh.geometry.slivers import closed, hole_count, slivers
 from bubblemesh.messages import counted, just_above, place

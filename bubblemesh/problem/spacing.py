@@ -24,7 +24,7 @@ from bubblemesh.problem.crs import (
 )
 from bubblemesh.problem.depth import depth_spacings, node_depth, not_below_courant
 from bubblemesh.problem.files import own_files
-from bubblemesh.problem.near import near_spacings, near_spots
+from bubblemesh.problem.proximity import near_spacings, near_spots
 from bubblemesh.problem.regions import (
     OwnValues,
     area_limits,

@@ -4,8 +4,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bubblemesh.readers.embedded import read_inner_lines, read_lines, read_points
     from bubblemesh.readers.formats import files_of, is_of_maps, read_areas, read_regions, read_shapes
+    from bubblemesh.readers.lines_and_points import read_inner_lines, read_lines, read_points
     from bubblemesh.readers.regions import is_straight, united
 
 __all__ = [
@@ -22,7 +22,7 @@ __all__ = [
 ]
 
 HOMES = {
-    **dict.fromkeys(("read_inner_lines", "read_lines", "read_points"), "embedded"),
+    **dict.fromkeys(("read_inner_lines", "read_lines", "read_points"), "lines_and_points"),
     **dict.fromkeys(("files_of", "is_of_maps", "read_areas", "read_regions", "read_shapes"), "formats"),
     **dict.fromkeys(("is_straight", "united"), "regions"),
 }

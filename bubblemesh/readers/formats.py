@@ -21,7 +21,7 @@ from bubblemesh.readers.areas import areas_of, chosen_areas
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.outlines import bounding, joining_of
-from bubblemesh.readers.projecting import taken
+from bubblemesh.readers.projection import taken
 from bubblemesh.readers.regions import largest_by_name, named_areas
 from bubblemesh.readers.selection import METRES, Selection
 

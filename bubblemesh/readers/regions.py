@@ -10,7 +10,7 @@ import shapely
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.neighbours import matched
+from bubblemesh.geometry.borders import matched
 from bubblemesh.geometry.nesting import polygons_of, shapes_of
 from bubblemesh.geometry.paths import Area, Line, Ring
 from bubblemesh.geometry.validity import simple_polygon

@@ -14,7 +14,7 @@ from bubblemesh.geometry.periodic import matching_edges
 from bubblemesh.meshes.edges import edge_keys, find_sides
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import TARGET_SPACING
-from bubblemesh.meshes.sliced import Slice, SlicedMesh
+from bubblemesh.meshes.slices import Slice, SlicedMesh
 from bubblemesh.meshes.triangulation import regions, sorted_triangles
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_inside
@@ -25,7 +25,7 @@ from bubblemesh.spacing.spacing import Spacing
 if TYPE_CHECKING:
     from bubblemesh.layers.joining import Joined
     from bubblemesh.layers.strips import Strips
-    from bubblemesh.parts.parted import Parted
+    from bubblemesh.parts.pipeline import Parted
 
 FINEST, COARSEST = 1 / 160, 1 / 60  # of the domain's size: triangles that pictures show
 ENOUGH = 1_000_000  # nodes

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 from bubblemesh.case import Case, Output, Override
 from bubblemesh.errors import CaseError, FileError, prefixed
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.meshfiles.companions import files_beside
 from bubblemesh.meshfiles.formats import (
     FORMATS,
@@ -203,7 +203,7 @@ def _most_parts(case: Case) -> int:
     if case.parts != "auto":
         return case.parts or 1
     # Imported here since few meshes have parts.
-    from bubblemesh.parts.parted import enough_parts
+    from bubblemesh.parts.pipeline import enough_parts
 
     return min(enough_parts(case.limits.max_nodes), MOST_PIECES)
 

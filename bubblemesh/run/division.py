@@ -13,7 +13,7 @@ from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.quality import mesh_figures
 from bubblemesh.meshfiles.formats import formats_by_ending, stem_of
 from bubblemesh.meshfiles.groups import Fields
-from bubblemesh.meshfiles.whole import whole_mesh
+from bubblemesh.meshfiles.whole_mesh import whole_mesh
 from bubblemesh.problem.warnings import divided_by_geometry
 from bubblemesh.records import record
 

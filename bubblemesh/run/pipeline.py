@@ -11,7 +11,7 @@ from bubblemesh.case import Case
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.kernels.library import engine
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.messages import own_places
 from bubblemesh.parts.store import IN_MEMORY, Keeping
 from bubblemesh.parts.work import Crew, alone
@@ -22,11 +22,11 @@ from bubblemesh.problem.problem import Problem
 from bubblemesh.process.limits import time_left, timed
 from bubblemesh.process.resources import peak_memory_mb
 from bubblemesh.records import record
-from bubblemesh.run.completed import Completed, completed
+from bubblemesh.run.completion import Completed, completed
 from bubblemesh.run.estimate import repair_rows, spacing_changes
-from bubblemesh.run.measured import Measured, measured
+from bubblemesh.run.measurement import Measured, measured
 from bubblemesh.run.metric import unsteady_ellipses
-from bubblemesh.run.packings import OnRound, OnShare, PackedProblem, pack
+from bubblemesh.run.packing import OnRound, OnShare, PackedProblem, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 from bubblemesh.run.verdict import verdict
 

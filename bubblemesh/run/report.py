@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.geometry.followed import Deviation
+from bubblemesh.geometry.following import Deviation
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.metric import ENTRIES, MeasuresInMetric
 from bubblemesh.meshes.quality import TARGET_SPACING, Measures

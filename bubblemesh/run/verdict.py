@@ -5,12 +5,12 @@ from typing import Any
 
 from bubblemesh.errors import BubblemeshError, LimitError, RequirementError
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.messages import counted
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.problem.problem import SEA_REQUIREMENTS
-from bubblemesh.run.packings import PackedProblem
+from bubblemesh.run.packing import PackedProblem
 from bubblemesh.run.water import sea_figures
 
 

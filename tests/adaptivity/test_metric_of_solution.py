@@ -20,7 +20,7 @@ from bubblemesh.adaptivity.metric import (
 )
 from bubblemesh.cli import app
 from bubblemesh.errors import CaseError, LimitError
-from bubblemesh.layers.layered import HighLayerError
+from bubblemesh.layers.pipeline import HighLayerError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.tensors import axes
 from bubblemesh.problem.domain import case_domain

@@ -14,7 +14,7 @@ import pytest
 from batches import BAD, SMALL, batch, command, finished, lines_of, results_in, rows_of
 
 from bubblemesh.batch import BatchOptions
-from bubblemesh.batch.files import staging_prefix
+from bubblemesh.batch.folders import staging_prefix
 from bubblemesh.batch.worker import BatchJob
 from bubblemesh.case import overrides_of
 
@@ -276,7 +276,7 @@ def test_an_interrupt_in_the_midst_of_writing_leaves_no_staging_folder(shard, do
         yield
 
     made = []
-    monkeypatch.setattr("bubblemesh.batch.files.transaction", interrupted)
+    monkeypatch.setattr("bubblemesh.batch.folders.transaction", interrupted)
     with pytest.raises(KeyboardInterrupt):
         rows_of("cases", folder="out", shard=shard)
     assert made

@@ -26,7 +26,7 @@ from batches import (
 from typer.testing import CliRunner
 
 from bubblemesh.batch import BatchOptions
-from bubblemesh.batch.files import reserved
+from bubblemesh.batch.folders import reserved
 from bubblemesh.batch.summary import Lines
 from bubblemesh.batch.worker import is_full
 from bubblemesh.cli import app

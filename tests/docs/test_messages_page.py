@@ -9,7 +9,7 @@ from paths import ROOT
 PACKAGE = ROOT / "bubblemesh"
 PAGE = ROOT / "docs" / "messages.md"
 ROOMS = ("readers", "geometry", "layers", "files")
-PROBLEM = ("domain", "drawing", "embedded", "layers", "possible", "prepare", "regions", "repair", "shapes")
+PROBLEM = ("compatibility", "domain", "drawing", "layers", "lines_and_points", "prepare", "regions", "repair", "shapes")
 ERRORS = ("CaseError", "FileError", "GeometryError", "HighLayerError", "LimitError", "UnwrittenError")
 WORD = re.compile(r"[a-z]{3}")
 QUOTED = re.compile(r"^\| `([^`]+)` \|", re.MULTILINE)
@@ -18,7 +18,7 @@ QUOTED = re.compile(r"^\| `([^`]+)` \|", re.MULTILINE)
 def modules():
     """Modules in which files are read, geometry is checked and layers are made."""
     yield from sorted(chain.from_iterable((PACKAGE / room).rglob("*.py") for room in ROOMS))
-    yield from (path for name in PROBLEM if (path := PACKAGE / "problem" / f"{name}.py").exists())
+    yield from (PACKAGE / "problem" / f"{name}.py" for name in PROBLEM)
 
 
 def text_of(node):

@@ -17,7 +17,7 @@ from bubblemesh.meshes.edges import edge_keys
 from bubblemesh.meshes.shores import boundary_rings, is_open, stretches
 from bubblemesh.meshfiles.groups import facet_ids, region_ids
 from bubblemesh.meshfiles.read import read_mesh
-from bubblemesh.meshfiles.whole import whole_mesh, with_boundary
+from bubblemesh.meshfiles.whole_mesh import whole_mesh, with_boundary
 
 FORMS = {"fort.14": ".14", "gr3": ".gr3", "2dm": ".2dm", "slf": ".slf", "ugrid": ".nc"}
 

@@ -11,7 +11,7 @@ from partitions import mesh_of
 from bubblemesh.errors import BubblemeshError, FileError
 from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles.formats import FORMATS
-from bubblemesh.meshfiles.whole import whole_mesh
+from bubblemesh.meshfiles.whole_mesh import whole_mesh
 from bubblemesh.meshfiles.writing import write_files
 
 CELL = """

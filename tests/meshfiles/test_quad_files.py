@@ -23,7 +23,7 @@ from bubblemesh.meshfiles.read import read_mesh, read_triangles
 from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.other import PLANE_ELEMENTS
 from bubblemesh.meshfiles.sources.source import Block, Source
-from bubblemesh.meshfiles.whole import whole_mesh
+from bubblemesh.meshfiles.whole_mesh import whole_mesh
 
 HOLDING = [(name, order) for name, form in FORMATS.items() if form.quads for order in form.orders]
 OTHERS = [name for name, form in FORMATS.items() if not form.quads]

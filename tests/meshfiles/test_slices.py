@@ -263,7 +263,7 @@ import numpy as np
 from format_names import IN_SLICES
 from squares import fields_of, holed_square
 from bubblemesh.errors import FileError
-from bubblemesh.meshes.sliced import Slice, SlicedMesh
+from bubblemesh.meshes.slices import Slice, SlicedMesh
 from bubblemesh.meshfiles.writing import write_files
 
 def read(number):

@@ -7,8 +7,8 @@ from solver_files import apart, dolfinx_xdmf, frd, freefem_msh, medit, vtk_binar
 from squares import holed_square
 
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshfiles.coincident import places
 from bubblemesh.meshfiles.fields import read_nodal_field
+from bubblemesh.meshfiles.merging import places
 from bubblemesh.meshfiles.read import read_mesh, read_triangles
 
 MESH = holed_square(6)

@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 from bubblemesh.errors import BubblemeshError, CaseError, LimitError
 from bubblemesh.geometry.paths import family
-from bubblemesh.readers.embedded import read_lines, read_points
 from bubblemesh.readers.formats import read_areas, read_regions
+from bubblemesh.readers.lines_and_points import read_lines, read_points
 from bubblemesh.readers.selection import Selection
 
 CORNER = '<clipPath id="Corner"><rect width="5" height="5"/></clipPath>'

@@ -9,8 +9,8 @@ from geometry_files import area, domain, read_rings
 
 from bubblemesh.errors import CaseError, GeometryError, LimitError
 from bubblemesh.geometry.paths import Arc, Line
-from bubblemesh.readers.embedded import read_lines
 from bubblemesh.readers.formats import read_areas
+from bubblemesh.readers.lines_and_points import read_lines
 from bubblemesh.readers.selection import Selection
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]

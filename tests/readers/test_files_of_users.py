@@ -11,8 +11,8 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.regions import largest_areas
-from bubblemesh.readers.embedded import read_points
 from bubblemesh.readers.formats import read_regions
+from bubblemesh.readers.lines_and_points import read_points
 from bubblemesh.readers.selection import Selection
 
 INKSCAPE = """<?xml version="1.0" encoding="UTF-8" standalone="no"?>

@@ -11,7 +11,6 @@ from invariants import check_mesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError, LimitError
 from bubblemesh.packing.progress import Progress
-from bubblemesh.run import packings
 from bubblemesh.run.pipeline import mesh_case
 
 REPORT = [
@@ -207,7 +206,7 @@ def test_report_of_the_rounds_is_consistent(example):
 
 def test_a_packing_that_was_finished_as_the_time_was_over_is_not_told_to_be_cut_short(monkeypatch):
     def finish_late(progress, finish=Progress.finish):
-        monkeypatch.setattr(packings, "time_left", lambda: 0.0)
+        monkeypatch.setattr("bubblemesh.run.packing.time_left", lambda: 0.0)
         finish(progress)
 
     monkeypatch.setattr(Progress, "finish", finish_late)

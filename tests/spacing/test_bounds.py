@@ -7,7 +7,7 @@ from bubblemesh.spacing.bounds import RULES
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination
-from bubblemesh.spacing.terms.near import Proximities, Proximity
+from bubblemesh.spacing.terms.proximity import Proximities, Proximity
 
 # For each rule an expression that is made of it, where it has bounds and where it has none.
 EXPRESSIONS = {

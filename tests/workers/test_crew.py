@@ -156,7 +156,7 @@ def test_workers_load_only_what_packing_needs(tmp_path):
     with crew_of(workers_at(1, None), print) as crew:
         mesh_case(load_case(case, parts=3), crew=crew)
         (_, loaded), *_ = crew(eval, [Job("", ("{*__import__('sys').modules}",))])
-    assert "bubblemesh.parts.cores" in loaded
+    assert "bubblemesh.parts.packing" in loaded
     assert not loaded & {
         "pydantic",
         "yaml",

@@ -63,10 +63,10 @@ def test_two_processes_work_at_the_same_time_and_stay(crew):
 
 
 def test_processes_load_what_they_will_call_before_they_are_asked_to():
-    loaded = "'bubblemesh.parts.cores' in __import__('sys').modules"
+    loaded = "'bubblemesh.parts.packing' in __import__('sys').modules"
     with local_workers(1) as workers:
         assert not workers.submit(eval, loaded).result()
-    with crew_of(lambda jobs: local_workers(1), print, ahead="bubblemesh.parts.cores") as crew:
+    with crew_of(lambda jobs: local_workers(1), print, ahead="bubblemesh.parts.packing") as crew:
         assert list(crew(eval, [Job("", (loaded,))])) == [(0, True)]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bubblemesh.errors import FileError
-from bubblemesh.meshfiles.contained import bounded_reading
+from bubblemesh.meshfiles.containment import bounded_reading
 from bubblemesh.meshfiles.med import teach_med
 from bubblemesh.meshfiles.sources.source import Source
 from bubblemesh.messages import LONGEST_REASON, shown

@@ -8,7 +8,7 @@ import numpy as np
 
 from bubblemesh.errors import FileError, prefixed
 from bubblemesh.files import read_bytes
-from bubblemesh.meshfiles.contained import Unpacking
+from bubblemesh.meshfiles.containment import Unpacking
 from bubblemesh.meshfiles.groups import GLOBAL_NODE
 from bubblemesh.meshfiles.sources.source import Block, Source
 from bubblemesh.meshfiles.sources.vtu import Piece, joined, pieces_of

@@ -13,7 +13,7 @@ import numpy as np
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
-from bubblemesh.meshfiles.contained import Unpacking
+from bubblemesh.meshfiles.containment import Unpacking
 from bubblemesh.meshfiles.sources.source import Data, Source, reals, wholes
 from bubblemesh.meshfiles.sources.vtk_cells import vtk_source
 from bubblemesh.records import record

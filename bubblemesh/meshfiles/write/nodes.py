@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.meshfiles.groups import NODE_OWNER, Fields, names_of_points
 from bubblemesh.meshfiles.text import csv_text, lines, write_text
 

@@ -14,7 +14,7 @@ from bubblemesh.arrays import Integers, each_once
 from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
-from bubblemesh.meshes.sliced import Border, Slice, SlicedMesh
+from bubblemesh.meshes.slices import Border, Slice, SlicedMesh
 from bubblemesh.meshfiles.formats import PIECE
 from bubblemesh.meshfiles.groups import GLOBAL_CELL, GLOBAL_NODE, Fields
 from bubblemesh.meshfiles.write.viewers import vtk_grid, write_compressed

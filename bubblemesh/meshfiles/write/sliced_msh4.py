@@ -10,7 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
-from bubblemesh.meshes.sliced import Border, Slice, SlicedMesh, among
+from bubblemesh.meshes.slices import Border, Slice, SlicedMesh, among
 from bubblemesh.meshfiles.text import write_text
 from bubblemesh.meshfiles.write.gmsh import periodic_entities, periodic_text
 from bubblemesh.meshfiles.write.msh4 import (

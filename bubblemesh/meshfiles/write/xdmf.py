@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.sliced import Slice, SlicedMesh
+from bubblemesh.meshes.slices import Slice, SlicedMesh
 from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, cell_ids, cell_values, facet_ids, group_names
 from bubblemesh.process.limits import settle
 from bubblemesh.records import record

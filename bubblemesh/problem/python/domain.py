@@ -14,7 +14,7 @@ from bubblemesh.files import require_name
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.boundary import default_label
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.followed import Following
+from bubblemesh.geometry.following import Following
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import meant
 from bubblemesh.records import record

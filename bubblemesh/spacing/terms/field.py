@@ -12,7 +12,7 @@ from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import require_positive, spots
-from bubblemesh.spacing.terms.given import cells_of, numbers, places, triangles_of
+from bubblemesh.spacing.terms.checks import cells_of, numbers, places, triangles_of
 from bubblemesh.spacing.terms.interpolation import MeshInterpolation
 
 FLAT = 1e-13  # height in terms of the longest side

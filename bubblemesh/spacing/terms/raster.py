@@ -10,7 +10,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import finest, is_spot, require_positive
-from bubblemesh.spacing.terms.given import numbers
+from bubblemesh.spacing.terms.checks import numbers
 
 BAND = 1_000_000  # pixels that are looked at together: of all of them there may be many
 

@@ -22,7 +22,7 @@ from bubblemesh.spacing.rules.resolution import (
 from bubblemesh.spacing.rules.sources import Sources, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination
-from bubblemesh.spacing.terms.near import Proximity
+from bubblemesh.spacing.terms.proximity import Proximity
 
 RECTANGLE = rings.rectangle(0, 0, 2, 1)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from bubblemesh.geometry.distance.distances import distance_to_line
-from bubblemesh.spacing.terms.near import TOGETHER, Proximities, Proximity
+from bubblemesh.spacing.terms.proximity import TOGETHER, Proximities, Proximity
 
 X, Y = np.random.default_rng(0).uniform(-1, 2, (2, 1000))
 

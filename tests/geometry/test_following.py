@@ -10,7 +10,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.curves import Polylines
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.followed import Following, _simplified, deviation
+from bubblemesh.geometry.following import Following, _simplified, deviation
 from bubblemesh.geometry.paths import Line, Polyline, Spline
 from bubblemesh.geometry.rings import ArcTo, LineTo, path, polygon, rectangle
 from bubblemesh.run.pipeline import mesh_case

@@ -12,9 +12,9 @@ from bubblemesh.meshes.census import Census
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.messages import place
 from bubblemesh.packing.net import Net, reconnect
-from bubblemesh.parts.cores import PartJob, packed_part
 from bubblemesh.parts.cuts import Cuts, cut
 from bubblemesh.parts.division import Division, Places, divided
+from bubblemesh.parts.packing import PartJob, packed_part
 from bubblemesh.parts.part import Core, Margin
 from bubblemesh.parts.patches import Patch, joined, patch
 from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, settled

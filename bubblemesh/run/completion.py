@@ -6,9 +6,9 @@ from typing import NamedTuple, Self
 from bubblemesh.errors import at_key
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.partition import Partition
-from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.problem.problem import Problem
-from bubblemesh.run.measured import Measured
+from bubblemesh.run.measurement import Measured
 from bubblemesh.run.water import WaterRow, depths_of
 from bubblemesh.spacing.metric.metric import MetricSpacing
 

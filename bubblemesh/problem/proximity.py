@@ -19,7 +19,7 @@ from bubblemesh.geometry.distance.distances import (
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.spacing.spacing import OneKey, Spacing
 from bubblemesh.spacing.terms.combination import Combination
-from bubblemesh.spacing.terms.near import NEAR_GROWTH, Proximities, Proximity
+from bubblemesh.spacing.terms.proximity import NEAR_GROWTH, Proximities, Proximity
 
 MOST_TERMS = 64  # near something: of more of them, only those in question are evaluated
 APART = 1 / 500  # of the domain's size: points of a line that are looked at

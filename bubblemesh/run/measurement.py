@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.geometry.followed import Deviation, deviation
+from bubblemesh.geometry.following import Deviation, deviation
 from bubblemesh.meshes.census import Census
 from bubblemesh.meshes.conformity import (
     area_error,
@@ -19,7 +19,7 @@ from bubblemesh.meshes.conformity import (
 )
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quality import LAYER, Measures, mesh_figures
-from bubblemesh.meshes.sliced import SlicedMesh
+from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.packing.net import Net
 from bubblemesh.problem.problem import Problem
 from bubblemesh.records import record
@@ -31,7 +31,7 @@ from bubblemesh.spacing.metric.measures import measures_in
 if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
     from bubblemesh.layers.rest import Rest
-    from bubblemesh.parts.parted import Parted
+    from bubblemesh.parts.pipeline import Parted
 
 
 @record

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from bubblemesh import readers
 from bubblemesh.case.domain import FileDomain, InnerKeys
-from bubblemesh.case.embedded import LineFile, LineKeys, PointFile, PointKeys
 from bubblemesh.case.geometry_files import SelectedFile
+from bubblemesh.case.lines_and_points import LineFile, LineKeys, PointFile, PointKeys
 from bubblemesh.errors import Key, about, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.geography import projected_point

@@ -21,7 +21,7 @@ from bubblemesh.run.report import PartsRow, RoundRow
 from bubblemesh.spacing.grid.table import tabulated
 
 if TYPE_CHECKING:
-    from bubblemesh.parts.parted import Parted
+    from bubblemesh.parts.pipeline import Parted
 
 # Seconds for each node, with room for slow computers: to refine a coarse packing to the end, to measure and write it.
 FINISHING = 2e-5
@@ -151,7 +151,7 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> PackedProb
 def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> PackedProblem:
     """Pack parts side by side, if it is worth several; each, and each pass over the seams, is told of as a round."""
     # Imported here since few meshes have parts.
-    from bubblemesh.parts.parted import enough_parts, packed_in_parts
+    from bubblemesh.parts.pipeline import enough_parts, packed_in_parts
     from bubblemesh.parts.workshop import Workshop
 
     parts = problem.task.parts or enough_parts(problem.packed_nodes)

@@ -15,7 +15,7 @@ from bubblemesh.messages import counted, meant
 from bubblemesh.readers.clips import clipped
 from bubblemesh.readers.features import INNER, SPARE, CompoundCurve, Feature, text_of, writable_label
 from bubblemesh.readers.formats import FORMATS, content_of, length_notes
-from bubblemesh.readers.projecting import taken
+from bubblemesh.readers.projection import taken
 from bubblemesh.readers.rings.duplicates import without_copies, without_same_circles
 from bubblemesh.readers.rings.joining import Joining
 from bubblemesh.readers.selection import Selection

@@ -13,7 +13,6 @@ import pytest
 from meshio import _files
 
 from bubblemesh.errors import FileError, LimitError
-from bubblemesh.meshfiles import contained
 from bubblemesh.meshfiles.fields import read_field
 from bubblemesh.meshfiles.sources.other import read_other
 
@@ -85,7 +84,7 @@ def test_data_that_unpack_to_far_more(tmp_path, monkeypatch):
         file.create_dataset(name, (10**6, 10**6), "f8", chunks=True, compression="gzip")
     with pytest.raises(LimitError, match="unpacks to more than the 1,000 MB"):
         read_field(path, "h")
-    monkeypatch.setattr(contained, "MOST_UNPACKED", 10_000)
+    monkeypatch.setattr("bubblemesh.meshfiles.containment.MOST_UNPACKED", 10_000)
     for compression in ("zlib", "lzma"):
         path = tmp_path / "a.vtu"
         meshio.Mesh(POINTS * 1000, CELLS, point_data={"h": np.ones(3000)}).write(path, compression=compression)

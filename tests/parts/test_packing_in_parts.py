@@ -18,12 +18,12 @@ from bubblemesh.parts import seams
 from bubblemesh.parts.cuts import cut
 from bubblemesh.parts.division import divided
 from bubblemesh.parts.landings import Landings
-from bubblemesh.parts.parted import PER_PART, enough_parts
 from bubblemesh.parts.periodic_sides import PeriodicSides
+from bubblemesh.parts.pipeline import PER_PART, enough_parts
 from bubblemesh.parts.work import Deadline, alone
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.process.resources import WorkClock
-from bubblemesh.run.packings import Clock
+from bubblemesh.run.packing import Clock
 from bubblemesh.run.pipeline import mesh_case
 
 
@@ -220,7 +220,7 @@ def test_bands_are_settled_by_flips(monkeypatch):
             return settled(net, spacing)
 
     settled = seams.settled
-    monkeypatch.setattr("bubblemesh.parts.parted.settled", noted)
+    monkeypatch.setattr("bubblemesh.parts.pipeline.settled", noted)
     for text in (HOLES, REGIONS):
         mesh_case(load_case("parts.yaml", text=f"name: parts\n{text}\nparts: 3"))
     assert [len(net.triangles) > 100 for net in settling] == [True, True]
@@ -289,7 +289,7 @@ def test_more_parts_than_nodes_are_refused(parts):
 def test_the_share_that_a_time_limit_left_is_that_of_the_parts(monkeypatch):
     """The last share that is told while there is time counts, not what late parts make of it."""
     left, reserve = iter([1e9, 1e9, 1e9, 0.0, 0.0, 0.0, 0.0]), 1.0
-    monkeypatch.setattr("bubblemesh.run.packings.time_left", lambda: next(left))
+    monkeypatch.setattr("bubblemesh.run.packing.time_left", lambda: next(left))
     told = list[float]()
     clock = Clock(5.0, reserve, told.append)
     for share in (0.1, 0.3, 0.5, 0.8, 1.0):

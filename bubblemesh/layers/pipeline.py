@@ -7,8 +7,8 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.fitting import fitted
 from bubblemesh.layers.heights import most_layers
 from bubblemesh.layers.ladder import Ladder
+from bubblemesh.layers.placement import columns_on
 from bubblemesh.layers.rest import Rest
-from bubblemesh.layers.standing import columns_on
 from bubblemesh.layers.walls import Walls
 from bubblemesh.messages import node_limit
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
