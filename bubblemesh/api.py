@@ -16,7 +16,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.messages import calling_node_limit, own_places, tell_places_of
 from bubblemesh.problem.prepare import prepare_in
 from bubblemesh.problem.problem import Problem
-from bubblemesh.problem.python.domain import Drawing, Geometry, Labels
+from bubblemesh.problem.python.domain import Geometry, Labels, ProgramRings
 from bubblemesh.problem.python.progress import in_steps
 from bubblemesh.problem.python.spacing import SpacingLike, spacing_of
 from bubblemesh.problem.python.task import MAX_NODES, MeshOptions
@@ -106,7 +106,7 @@ def mesh(
     RequirementError
         If ``angle_min`` or ``largest`` cannot be reached.
     """
-    drawing = Drawing(geometry, holes, labels, corners, smooth, tolerance)
+    drawing = ProgramRings(geometry, holes, labels, corners, smooth, tolerance)
     options = MeshOptions(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
     with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"), own_places():
         told = in_steps(progress)
@@ -119,7 +119,7 @@ def mesh(
     return result.mesh
 
 
-def _problem(drawing: Drawing, spacing: SpacingLike, options: MeshOptions) -> Problem:
+def _problem(drawing: ProgramRings, spacing: SpacingLike, options: MeshOptions) -> Problem:
     """The problem that the arguments of `mesh` pose."""
     task, domain = options.task(), drawing.domain()
     tell_places_of(domain.size)

@@ -171,6 +171,16 @@ def test_the_root_holds_the_doors_and_few_modules():
     assert len(loose) <= MOST_LOOSE_MODULES
 
 
+def test_no_two_classes_have_the_same_name():
+    """A reader who meets a name, and an editor that is asked for it, finds one class."""
+    homes = {}
+    for path in MODULES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef):
+                homes.setdefault(node.name, []).append(path.relative_to(PACKAGE).as_posix())
+    assert {name: places for name, places in homes.items() if len(places) > 1} == {}
+
+
 def test_no_test_imports_another_one():
     """What several of them need has a module of its own beside them; scripts within texts count, too."""
     for path in (ROOT / "tests").rglob("*.py"):

@@ -59,7 +59,7 @@ class Summary:
             self._lines.close()
             self._table.close()
 
-    def _written(self) -> "tuple[Lines, Lines]":
+    def _written(self) -> "tuple[GrowingFile, GrowingFile]":
         """The files with lines of JSON and with the table, written anew."""
         table = self.path.with_suffix(".csv")
         texts = {
@@ -69,10 +69,10 @@ class Summary:
         with transaction(self.path.parent) as staging:
             for path, text in texts.items():
                 (staging / path.name).write_text(text, encoding="utf-8", newline="\n")
-        return Lines(self.path), Lines(table)
+        return GrowingFile(self.path), GrowingFile(table)
 
 
-class Lines:
+class GrowingFile:
     """A file that grows by whole lines; FileError if it cannot be opened."""
 
     def __init__(self, path: Path) -> None:

@@ -30,7 +30,7 @@ def _ordered(bounds: Corners) -> Corners:
     return bounds
 
 
-Bounds = Annotated[
+ValueBounds = Annotated[
     tuple[Number, Number, Number, Number],
     listed(4, "the numbers [x0, y0, x1, y1] of the lower left and upper right corners"),
     AfterValidator(_ordered),
@@ -77,7 +77,7 @@ class RasterTerm(DataFile):
         default=None,
         description="Name of the array in an .npz or NetCDF file, or of the band of a GeoTIFF; needed if it has more.",
     )
-    bounds: Bounds | None = Field(
+    bounds: ValueBounds | None = Field(
         default=None, description="Rectangle [x0, y0, x1, y1] that the pixels fill; else the file's arrays x and y."
     )
     origin: Literal["lower", "upper"] = Field(
@@ -94,7 +94,7 @@ class ImageTerm(DataTerm):
     """A picture over a rectangle: the darker, the finer."""
 
     file: InputFile = Field(description="Name of the picture, relative to the case file.")
-    bounds: Bounds = Field(description="Rectangle [x0, y0, x1, y1] that the picture fills, its first row on top.")
+    bounds: ValueBounds = Field(description="Rectangle [x0, y0, x1, y1] that the picture fills, its first row on top.")
     finest: Positive = Field(description="Spacing where the picture is black.")
     coarsest: Positive = Field(description="Spacing where the picture is white.")
 

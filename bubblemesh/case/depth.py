@@ -37,7 +37,7 @@ class NodeDepthKeys(Strict):
 
 
 # A plain expression stands for a mapping with this expression and defaults for the other keys.
-NodeDepth = Annotated[
+AnyNodeDepth = Annotated[
     Annotated[Depth, Tag("<plain>")] | Annotated[NodeDepthKeys, Tag("<keys>")],
     Discriminator(lambda value: "<keys>" if isinstance(value, dict | NodeDepthKeys) else "<plain>"),
 ]

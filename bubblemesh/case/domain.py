@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
-from bubblemesh.case.data_terms import Bounds
+from bubblemesh.case.data_terms import ValueBounds
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.fields import Choice, Label, OneLabel, PositiveArea, Strict, Text, filled, listed
 from bubblemesh.case.geometry_files import GeometryFile
@@ -91,7 +91,7 @@ class RegionDomain(InnerKeys):
 class ShoreDomain(InnerKeys):
     """The sea in a box, which the shore in a file bounds."""
 
-    box: Bounds = Field(description="Box [x0, y0, x1, y1] whose sides in the sea are the label open.")
+    box: ValueBounds = Field(description="Box [x0, y0, x1, y1] whose sides in the sea are the label open.")
     shoreline: ShorelineKeys = Field(description="Shore that bounds the sea: the labels land and island.")
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -55,10 +55,10 @@ WITHOUT_VALUE = {
     "traced",
 }
 
-Path = tuple[str | int, ...]
+Location = tuple[str | int, ...]
 
 
-def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Path], str]) -> list[str]:
+def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Location], str]) -> list[str]:
     """Lines on Pydantic's errors with the data of a model, one for each error: the place, the key and the fault.
 
     Errors that follow from others are left out, and similar ones are reported once. The list is empty if all errors
@@ -110,7 +110,7 @@ def _follows(error: Mapping[str, Any]) -> bool:
 class _Problem:
     """An error of Pydantic; its message is made only if it is reported, as there may be very many."""
 
-    path: Path
+    path: Location
     error: dict[str, Any]
     model: type[BaseModel]
 
@@ -202,7 +202,7 @@ class Origin:
 
     places: Mapping[tuple[str | int, ...], str] = field(default_factory=dict, compare=False)
     seconds: float = field(default=0.0, compare=False)  # time that loading the case took
-    root: FilePath | None = field(default=None, compare=False)  # folder that contains all files of an untrusted case
+    root: Path | None = field(default=None, compare=False)  # folder that contains all files of an untrusted case
 
     def __call__(self, key: Sequence[str | int]) -> str | None:
         """Place of a key, or of the nearest one above it, if any is known."""

@@ -8,7 +8,7 @@ from pydantic_core import PydanticCustomError
 from bubblemesh.case.drawing import DrawnKeys
 from bubblemesh.case.fields import Filled, InputFile, Number, OneLabel, Positive, Strict, Text
 from bubblemesh.case.repair import RepairKeys
-from bubblemesh.readers.selection import Open, Part, Unit
+from bubblemesh.readers.selection import Open, PartChoice, Unit
 
 
 class FollowedKeys(Strict):
@@ -75,7 +75,7 @@ class SelectedFile(DrawnKeys):
 class GeometryFile(FollowedKeys, RepairKeys, SelectedFile):
     """A file with rings, and what to take of it."""
 
-    part: Annotated[Part | None, BeforeValidator(_part)] = Field(
+    part: Annotated[PartChoice | None, BeforeValidator(_part)] = Field(
         default=None, description="Of separate areas the largest, all, or one by its number from 0, the largest first."
     )
     join: Positive | None = Field(

@@ -13,20 +13,20 @@ MOST_SHOWN = 3
 ALIKE, VERY_MUCH_ALIKE = 0.8, 0.9  # difflib's ratios from which on a word may be a misspelling of another one
 
 Model = type[BaseModel]
-Path = tuple[str, ...]
+KeyPath = tuple[str, ...]
 
 
 class Home(NamedTuple):
     """A mapping that may have a key: its path, without indices of lists, and the key that shows its kind."""
 
-    path: Path
+    path: KeyPath
     beside: str | None = None
 
     def __str__(self) -> str:
         where = f"under {'.'.join(self.path)}" if self.path else "at the top level"
         return where if self.beside is None else f"{where}, beside {self.beside}"
 
-    def distance(self, path: Path) -> int:
+    def distance(self, path: KeyPath) -> int:
         """Number of steps up and down from another mapping to this one."""
         shared = next((k for k, (a, b) in enumerate(zip(self.path, path, strict=False)) if a != b), None)
         common = min(len(self.path), len(path)) if shared is None else shared
@@ -142,18 +142,18 @@ def home_of_no_option(key: str, path: Sequence[str], model: Model) -> str | None
     return f"it belongs {_listed(nearest(places, tuple(path)), tuple(path), model)}" if places else None
 
 
-def nearest(places: Sequence[Home], path: Path) -> list[Home]:
+def nearest(places: Sequence[Home], path: KeyPath) -> list[Home]:
     """The places to which the fewest steps lead from a mapping."""
     least = min(place.distance(path) for place in places)
     return [place for place in places if place.distance(path) == least]
 
 
-def _next_steps(places: Sequence[Home], path: Path) -> tuple[str, ...]:
+def _next_steps(places: Sequence[Home], path: KeyPath) -> tuple[str, ...]:
     """Keys of a mapping that lead to the places."""
     return tuple(place.path[len(path)] for place in places if place.path[: len(path)] == path and place.path != path)
 
 
-def _listed(places: Sequence[Home], here: Path, model: Model) -> str:
+def _listed(places: Sequence[Home], here: KeyPath, model: Model) -> str:
     """Text with the first places, with the kind of mapping where only some kinds have the key, or there are many."""
     shown = []
     for path in dict.fromkeys(place.path for place in places):
@@ -167,7 +167,7 @@ def _listed(places: Sequence[Home], here: Path, model: Model) -> str:
     return either(shown[:MOST_SHOWN])
 
 
-def path_of(loc: Sequence[str | int]) -> Path:
+def path_of(loc: Sequence[str | int]) -> KeyPath:
     """Keys of a location, without indices of lists and marks."""
     return tuple(part for part in loc if isinstance(part, str) and not is_mark(part))
 

@@ -55,7 +55,7 @@ class LayerKeys(Strict):
         return self
 
 
-class _Given(Strict):
+class _GivenLayers(Strict):
     """Mapping around layers given by a program; messages begin with its key."""
 
     layers: tuple[LayerKeys, ...] = Field(description="The layers.")
@@ -63,4 +63,4 @@ class _Given(Strict):
 
 def layer_entries(entries: Any) -> tuple[LayerKeys, ...]:
     """Layers given by a program as a list of dictionaries; CaseError, each line of which names a key, if invalid."""
-    return checked(_Given, {"layers": entries}).layers
+    return checked(_GivenLayers, {"layers": entries}).layers

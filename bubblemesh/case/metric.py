@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import Bounds, DataTerm, OneOrMore, several
+from bubblemesh.case.data_terms import DataTerm, OneOrMore, ValueBounds, several
 from bubblemesh.case.faults import checked
 from bubblemesh.case.fields import Choice, InputFile, Label, Number, Positive, Strict, Text
 from bubblemesh.case.spacing import ExpressionText, SpacingValue
@@ -71,7 +71,7 @@ class FieldMetric(MetricTerm, DataTerm):
 
     file: InputFile = Field(description="Name of the file, relative to the case file; of .mesh the .sol beside it.")
     name: Text | None = Field(default=None, description="Name of the data at nodes; needed if it has more.")
-    bounds: Bounds | None = Field(
+    bounds: ValueBounds | None = Field(
         default=None, description="Rectangle [x0, y0, x1, y1] that the pixels of arrays fill; else those named x and y."
     )
 
@@ -88,7 +88,7 @@ AnyMetric = Annotated[
 ]
 
 
-class _Given(Strict):
+class _GivenMetric(Strict):
     """Mapping around metrics given by a program; messages begin with its key."""
 
     metric: OneOrMore[AnyMetric] = Field(description="The metric, or several.")
@@ -96,4 +96,4 @@ class _Given(Strict):
 
 def metric_entries(metric: Any) -> tuple[AnyMetric, ...]:
     """Metrics given by a program as one or several dictionaries; CaseError, whose lines name keys, if invalid."""
-    return several(checked(_Given, {"metric": metric}).metric)
+    return several(checked(_GivenMetric, {"metric": metric}).metric)

@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.crs import CrsKeys
 from bubblemesh.case.data_terms import OneOrMore
-from bubblemesh.case.depth import NodeDepth, NodeDepthKeys
+from bubblemesh.case.depth import AnyNodeDepth, NodeDepthKeys
 from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
 from bubblemesh.case.fields import (
@@ -89,7 +89,7 @@ class Output(Strict):
         default=None,
         description="Labels of open water, for formats of coasts; else those named open, or open_, open- and more.",
     )
-    depth: NodeDepth | None = Field(
+    depth: AnyNodeDepth | None = Field(
         default=None,
         description="Depth that the mesh is written with, in formats that hold it: the name of a raster, a number, "
         "an expression, or both of the keys below; by default that of waves, slope or courant.",

@@ -78,7 +78,7 @@ def _starting_at_point(value: Any) -> Any:
     return value
 
 
-Entry = Annotated[
+PathEntry = Annotated[
     Annotated[Point, Tag("<point>")]
     | Annotated[LinePiece, Tag("<to>")]
     | Annotated[ArcPiece, Tag("<arc>")]
@@ -91,7 +91,7 @@ Entry = Annotated[
 class PathLine(DrawnKeys):
     """A line of straight and curved pieces."""
 
-    path: Annotated[tuple[Entry, ...], BeforeValidator(_starting_at_point), BeforeValidator(filled)] = Field(
+    path: Annotated[tuple[PathEntry, ...], BeforeValidator(_starting_at_point), BeforeValidator(filled)] = Field(
         description="A point, then points, lines, arcs and splines; a ring closes by itself.",
         json_schema_extra={"minItems": 1},
     )

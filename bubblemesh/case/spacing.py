@@ -163,7 +163,7 @@ AnySpacing = Annotated[
 ]
 
 
-class _Given(Strict):
+class _GivenSpacing(Strict):
     """Mapping around terms given by a program; messages begin with its key."""
 
     spacing: SpacingTerms = Field(description="The terms.")
@@ -171,7 +171,7 @@ class _Given(Strict):
 
 def checked_terms(spacing: Mapping[str, Any]) -> SpacingTerms:
     """Terms given by a program as a mapping; CaseError, each line of which names a key, if they are invalid."""
-    return checked(_Given, {"spacing": dict(spacing)}).spacing
+    return checked(_GivenSpacing, {"spacing": dict(spacing)}).spacing
 
 
 def as_terms(spacing: Value | SpacingTerms) -> SpacingTerms:

@@ -20,7 +20,7 @@ RANGE = ("from", "to")
 
 SHOWABLE = re.compile(r"[A-Za-z0-9_.+-]{1,24}")
 
-Places = Callable[[Sequence[str | int]], str]
+PlaceOf = Callable[[Sequence[str | int]], str]
 
 
 class SweepError(CaseError):
@@ -39,7 +39,7 @@ class Variant:
 ALONE = Variant()
 
 
-def variants_of(sweep: Any, place: Places) -> list[Variant]:
+def variants_of(sweep: Any, place: PlaceOf) -> list[Variant]:
     """All combinations of the values that a sweep gives its keys; those of the last key change fastest.
 
     Values are a list, or a range: ``{from, to, step}`` or ``{from, to, count}``. ``place`` returns file and line of a
@@ -73,7 +73,7 @@ def path_of(key: str) -> tuple[str, ...]:
     return tuple(part.strip() for part in key.split("."))
 
 
-def _require_apart(keys: Sequence[str], place: Places) -> None:
+def _require_apart(keys: Sequence[str], place: PlaceOf) -> None:
     """Check that no key is equal to another one or within it: one would replace the value of the other."""
     for first, second in combinations(keys, 2):
         pairs = zip(_numbered(first), _numbered(second), strict=False)

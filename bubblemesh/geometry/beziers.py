@@ -9,7 +9,7 @@ from bubblemesh.geometry.curves import (
     CHORDS_PER_TURN,
     LEAST_CHORDS,
     Shares,
-    Tabulated,
+    TabulatedCurves,
     turning,
 )
 from bubblemesh.records import record
@@ -22,7 +22,7 @@ SLOWEST = 0.1  # least speed of a regular curve, of its greatest one: a change t
 
 
 @record
-class Beziers(Tabulated):
+class Beziers(TabulatedCurves):
     """Cubic Bézier curves with the control points ``start``, ``first``, ``second`` and ``end`` (n, 2)."""
 
     start: Floats

@@ -9,8 +9,8 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.curves import Family, Lines
-from bubblemesh.geometry.paths import OpenPath, Point, Ring, Section, WholeCurve, family
-from bubblemesh.geometry.tracks import ROUNDING, Group, Tracks
+from bubblemesh.geometry.paths import CurveSection, OpenPath, Point, Ring, WholeCurve, family
+from bubblemesh.geometry.tracks import ROUNDING, CurveNodes, Tracks
 from bubblemesh.records import record
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
@@ -80,7 +80,7 @@ class Boundary:
     ) -> "Boundary":
         """The boundary with pieces along paths, which have these ring numbers and the region ``right`` beside them."""
         kinds: dict[type, int] = {}
-        sections: dict[int, Section] = {}  # by row
+        sections: dict[int, CurveSection] = {}  # by row
         corners = {(float(x), float(y)): number for number, (x, y) in enumerate(self.corners)}
         labels = {name: number for number, name in enumerate(self.labels)}
         # Lists for each column: rows of a table would take several times as long, of files with very many sides.
@@ -92,8 +92,8 @@ class Boundary:
             end += ends[1:]
             label += [labels.setdefault(name or path.label, len(labels)) for _, name in path.sides]
             found = [curve for curve, _ in path.sides]
-            sections |= {row: curve for row, curve in enumerate(found, len(curves)) if isinstance(curve, Section)}
-            curves += [curve.curve if isinstance(curve, Section) else curve for curve in found]
+            sections |= {row: curve for row, curve in enumerate(found, len(curves)) if isinstance(curve, CurveSection)}
+            curves += [curve.curve if isinstance(curve, CurveSection) else curve for curve in found]
         known = len(self.families)
         kind = np.array([kinds.setdefault(type(curve), known + len(kinds)) for curve in curves], np.int64)
         for point in points:
@@ -223,7 +223,7 @@ class Boundary:
 
     def tracks(self, piece: Integers) -> Tracks:
         """The pieces (m,) under m nodes, for many evaluations."""
-        groups = Group.all_of(self.families, self.kind[piece], self.index[piece])
+        groups = CurveNodes.all_of(self.families, self.kind[piece], self.index[piece])
         return Tracks(self.offset[piece], self.periods[piece], self.lengths[piece], self.closed[piece], groups)
 
     def points(self, piece: Integers, s: Floats) -> Floats:

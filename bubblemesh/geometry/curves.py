@@ -129,7 +129,7 @@ class Shares(NamedTuple):
 
 
 @record
-class Tabulated:
+class TabulatedCurves:
     """Curves with a parameter u in [0, 1] whose arc length has no closed form: s and du/ds are tabulated over u."""
 
     exact = False
@@ -173,7 +173,7 @@ class Tabulated:
 
 
 @record
-class _TabulatedEach(Tabulated):
+class _TabulatedEach(TabulatedCurves):
     """Curves that each have a table of its own length."""
 
     @cached_property

@@ -19,7 +19,7 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans, require_room
 from bubblemesh.geometry.distance.projection import Feet, Nearest, Projection, projection_onto
 from bubblemesh.geometry.geography import Plane
-from bubblemesh.geometry.paths import Area, Change, Ring, outlines
+from bubblemesh.geometry.paths import Area, Ring, RingChange, outlines
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.unprojection import Unprojection
@@ -56,7 +56,7 @@ class Domain(Uncached):
         Regions and embedded lines and points, which are pieces and corners of the boundary too.
     given_outlines : dict
         Outlines (m, 2) as given of the rings that are followed as curves, by ring number.
-    changes : tuple of Change
+    changes : tuple of RingChange
         What the case has changed of the rings as given.
     held : Held
         Pieces whose bubbles are set beforehand.
@@ -72,7 +72,7 @@ class Domain(Uncached):
     notes: tuple[str, ...] = ()
     parts: InnerParts = field(default_factory=InnerParts)
     given_outlines: dict[int, Floats] = field(default_factory=dict)
-    changes: tuple[Change, ...] = ()
+    changes: tuple[RingChange, ...] = ()
     held: Held = NOTHING_HELD
     plane: Plane | None = None
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)

@@ -120,7 +120,7 @@ class Polyline(NamedTuple):
 WholeCurve = Line | Arc | Ellipse | Bezier | Spline | Polyline
 
 
-class Section(NamedTuple):
+class CurveSection(NamedTuple):
     """The part of a curve that begins after ``offset`` of its whole length ``total`` and is ``length`` long.
 
     A section of a closed curve may run past its start.
@@ -131,15 +131,15 @@ class Section(NamedTuple):
     length: float
     total: float
 
-    def reversed(self) -> "Section":
+    def reversed(self) -> "CurveSection":
         return self._replace(curve=self.curve.reversed(), offset=(self.total - self.offset - self.length) % self.total)
 
-    def moved(self, by: Similarity) -> "Section":
+    def moved(self, by: Similarity) -> "CurveSection":
         lengths = (length * by.scale for length in self[1:])
-        return Section(self.curve.moved(by), *lengths)
+        return CurveSection(self.curve.moved(by), *lengths)
 
 
-Curve = WholeCurve | Section
+Curve = WholeCurve | CurveSection
 
 
 def family(members: Sequence[WholeCurve]) -> curves.Family:
@@ -161,7 +161,7 @@ class Side(NamedTuple):
 
 
 @record
-class Change:
+class RingChange:
     """A change of rings that a case asks for: its kind, its place, and by how much it made the area larger."""
 
     what: str
@@ -169,9 +169,9 @@ class Change:
     area: float
     before: tuple[Floats, ...] = field(default=(), compare=False)  # the rings (m, 2) as they were, for pictures
 
-    def moved(self, by: Similarity) -> "Change":
+    def moved(self, by: Similarity) -> "RingChange":
         """The change where a similarity takes it."""
-        return Change(self.what, by.point(self.at), self.area * by.scale**2, tuple(map(by.points, self.before)))
+        return RingChange(self.what, by.point(self.at), self.area * by.scale**2, tuple(map(by.points, self.before)))
 
 
 @record
@@ -181,7 +181,7 @@ class Ring:
     sides: tuple[Side, ...]
     vertices: tuple[Point, ...]  # start of each side; empty for a whole circle or ellipse, which has no fixed node
     notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
-    changes: tuple[Change, ...] = ()  # those that the case asks for
+    changes: tuple[RingChange, ...] = ()  # those that the case asks for
     given: Floats | None = field(default=None, compare=False)  # its outline (m, 2), if it is followed as a curve
     origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
     key: Key = field(default=Key(), compare=False)

@@ -18,7 +18,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.gaps import strips_between
 from bubblemesh.geometry.nesting import polygons_of, shapes_of, with_holes
-from bubblemesh.geometry.paths import Area, Change, Line, Point, Polyline, Ring, Side, as_point
+from bubblemesh.geometry.paths import Area, Line, Point, Polyline, Ring, RingChange, Side, as_point
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted
@@ -90,7 +90,7 @@ class _Work:
     """The rings that a repair begins with, and the changes so far."""
 
     rings: tuple[Ring, ...]
-    changes: list[Change] = field(default_factory=list)
+    changes: list[RingChange] = field(default_factory=list)
 
     @cached_property
     def outlines(self) -> list[Floats]:
@@ -103,7 +103,7 @@ class _Work:
 
     def note(self, what: str, at: Floats, area: float, before: Iterable[Floats]) -> None:
         """Note a change of the area, and the lines (k, 2) as they were before."""
-        self.changes.append(Change(what, as_point(at), float(area), tuple(before)))
+        self.changes.append(RingChange(what, as_point(at), float(area), tuple(before)))
 
     def area(self, shape: shapely.Polygon, name: str | None) -> Area:
         """The area that a polygon bounds."""

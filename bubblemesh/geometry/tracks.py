@@ -11,7 +11,7 @@ from bubblemesh.geometry.curves import Family
 ROUNDING = 1e-9  # relative
 
 
-class Group(NamedTuple):
+class CurveNodes(NamedTuple):
     """Nodes on curves of one kind."""
 
     curves: Family
@@ -19,7 +19,7 @@ class Group(NamedTuple):
     curve: Integers  # their curves in the family
 
     @classmethod
-    def all_of(cls, families: Sequence[Family], kind: Integers, curve: Integers) -> "tuple[Group, ...]":
+    def all_of(cls, families: Sequence[Family], kind: Integers, curve: Integers) -> "tuple[CurveNodes, ...]":
         """Groups of the nodes on the curves ``curve`` (m,) of the families ``kind`` (m,)."""
         if len(families) == 1:
             return (cls(families[0], slice(None), curve),)
@@ -38,7 +38,7 @@ class Tracks(NamedTuple):
     period: Floats  # (m,): lengths of the whole curves
     length: Floats  # (m,): lengths of the pieces
     closed: Booleans  # (m,): pieces that end where they start
-    groups: tuple[Group, ...]
+    groups: tuple[CurveNodes, ...]
 
     def wrapped(self, s: Floats) -> Floats:
         """Arc lengths s (m,) brought back to the pieces: modulo the length of closed ones, else to the ends."""

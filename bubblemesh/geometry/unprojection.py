@@ -13,12 +13,12 @@ TOLERANCE = 1e-6  # of the domain's size: largest error of an interpolated place
 FEWEST, MOST = 8, 1024  # cells along each side of the grid
 BEYOND = 0.05  # of the domain's size, on each side: what is compared over some length looks there
 
-Bounds = tuple[float, float, float, float]
+Extent = tuple[float, float, float, float]
 Complex = NDArray[np.complex128]
 
 
 @record
-class _Table:
+class _BilinearTable:
     """Coordinates, as complex numbers, that are bilinear in the square cells of a grid."""
 
     low: tuple[float, float]  # its lower left corner
@@ -27,7 +27,7 @@ class _Table:
     terms: Complex  # (cells**2, 4): factors of 1, s, t and s t, where these go from 0 to 1 along and up a cell
 
     @classmethod
-    def of(cls, plane: Plane, low: tuple[float, float], size: float, cells: int) -> "_Table":
+    def of(cls, plane: Plane, low: tuple[float, float], size: float, cells: int) -> "_BilinearTable":
         given = plane.given(_corners(low, size, cells))
         corners = (given[:, 0] + 1j * given[:, 1]).reshape(cells + 1, cells + 1)
         a, b, c, d = corners[:-1, :-1], corners[:-1, 1:], corners[1:, :-1], corners[1:, 1:]
@@ -56,7 +56,7 @@ class Unprojection:
     """
 
     plane: Plane
-    bounds: Bounds  # of the domain, in the plane
+    bounds: Extent  # of the domain, in the plane
 
     def __call__(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Coordinates (n,), two arrays of them, of places with x (n,) and y (n,) in the plane."""
@@ -78,15 +78,15 @@ class Unprojection:
         return first, second
 
     @cached_property
-    def _table(self) -> _Table | None:
+    def _table(self) -> _BilinearTable | None:
         """A table twice as fine as one that is good enough; None if the finest one is not."""
         x0, y0, x1, y1 = self.bounds
         extent = max(x1 - x0, y1 - y0)
         low, size = (x0 - BEYOND * extent, y0 - BEYOND * extent), (1 + 2 * BEYOND) * extent
-        coarse, cells = _Table.of(self.plane, low, size, FEWEST), FEWEST
+        coarse, cells = _BilinearTable.of(self.plane, low, size, FEWEST), FEWEST
         while cells < MOST:
             cells *= 2
-            fine, places = _Table.of(self.plane, low, size, cells), _corners(low, size, cells)
+            fine, places = _BilinearTable.of(self.plane, low, size, cells), _corners(low, size, cells)
             found = coarse(*places.T)
             back = self.plane.near(np.column_stack([found.real, found.imag]))
             if len(back) == len(places) and np.abs(back - places).max() <= TOLERANCE * extent:

@@ -23,7 +23,7 @@ def require_domain(copy: PolygonalCopy, names: Sequence[str], keys: Sequence[Key
 
     GeometryError, about the key of the ring in the case, with its name and the coordinates of the first fault.
     """
-    checked = [_Checked(*ring) for ring in zip(copy.rings(), names, keys, strict=True)]
+    checked = [_CheckedRing(*ring) for ring in zip(copy.rings(), names, keys, strict=True)]
     owner = np.array(copy.area_of_ring)
     areas = [[checked[ring] for ring in np.flatnonzero(owner == area)] for area in range(1 + max(owner))]
     only = len(areas) == 1
@@ -35,7 +35,7 @@ def require_domain(copy: PolygonalCopy, names: Sequence[str], keys: Sequence[Key
 
 
 @record
-class _Checked:
+class _CheckedRing:
     """A ring that may bound a domain: its polygonal copy (m, 2), its name in messages, its key in the case."""
 
     outline: Floats
@@ -49,7 +49,7 @@ class _Checked:
             return simple_polygon(self.outline, self.name)
 
 
-def _area(outer: _Checked, *holes: _Checked, around: str) -> shapely.Polygon:
+def _area(outer: _CheckedRing, *holes: _CheckedRing, around: str) -> shapely.Polygon:
     """The area between an outer ring, which messages on holes call ``around``, and its holes."""
     for ring in (outer, *holes):
         _ = ring.polygon  # an invalid ring is reported before its position

@@ -12,7 +12,7 @@ SHIFTS = 16, 8, 4, 2, 1
 MASKS = 0x0000FFFF0000FFFF, 0x00FF00FF00FF00FF, 0x0F0F0F0F0F0F0F0F, 0x3333333333333333, 0x5555555555555555
 
 
-class Cells(NamedTuple):
+class SquareCells(NamedTuple):
     """Square cells (n,) of different sizes that tile a larger square.
 
     The square has columns and rows, as wide as the smallest cell that is possible. Numbers in Morton's order take the
@@ -77,7 +77,7 @@ def ranks(ascending: Integers, numbers: Integers, with_equal: bool = False) -> I
     return result
 
 
-def interpolated(cells: Cells, vertices: Integers, values: Floats, points: Floats) -> Floats:
+def interpolated(cells: SquareCells, vertices: Integers, values: Floats, points: Floats) -> Floats:
     """Values (m,) at points (m, 2), by bilinear interpolation in the cells that hold them.
 
     The values (v,) are those at the ``vertices`` (n, 4), the corners of the cells. In cells whose first vertex is -1
@@ -104,7 +104,7 @@ def interpolated(cells: Cells, vertices: Integers, values: Floats, points: Float
     return result
 
 
-def interpolated_in_numpy(cells: Cells, vertices: Integers, values: Floats, points: Floats) -> Floats:
+def interpolated_in_numpy(cells: SquareCells, vertices: Integers, values: Floats, points: Floats) -> Floats:
     """The same as `interpolated`, in NumPy."""
     holding = np.searchsorted(cells.key, cells.keys_of(points), side="right") - 1
     found = np.flatnonzero(vertices[holding, 0] >= 0)

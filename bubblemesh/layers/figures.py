@@ -9,8 +9,8 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, cross, each_once, turned_left
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import gradual, layers_within
-from bubblemesh.layers.joining import Joined
-from bubblemesh.layers.lacks import Lack, lacks, low_columns, lowest
+from bubblemesh.layers.joining import JoinedLayers
+from bubblemesh.layers.lacks import LowColumns, lacks, low_columns, lowest
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder
 from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.placement import columns_on
@@ -60,7 +60,7 @@ class LabelLayers:
     low : float
         Share of the columns that have less than half of the height that is asked for, but for those where layers end
         one by one along the wall.
-    lacks : tuple of Lack
+    lacks : tuple of LowColumns
         Why they have: one for each reason. That neighbours have few layers is one only if it holds for many columns.
     shortest : tuple of mappings
         Columns that lack layers or height, the ones with the fewest layers first: ``layers`` and the place ``at`` of
@@ -99,7 +99,7 @@ class LabelLayers:
     count: Mapping[str, int]
     complete: float
     low: float
-    lacks: tuple[Lack, ...]
+    lacks: tuple[LowColumns, ...]
     shortest: tuple[Mapping[str, Any], ...]
     compressed: float
     thickness: float
@@ -155,7 +155,9 @@ class LabelLayers:
         return f"{told}: until: isotropic, or count: {self.advised} lets sizes pass without a jump"
 
 
-def figures(strips: Strips, beyond: Floats | None = None, joined: Joined | None = None) -> tuple[LabelLayers, ...]:
+def figures(
+    strips: Strips, beyond: Floats | None = None, joined: JoinedLayers | None = None
+) -> tuple[LabelLayers, ...]:
     """Figures of the layers on each label, in the order of the case.
 
     After the packing ``beyond`` (p,) is as of `beyond_fronts`, and the cells are ``joined`` to what was packed.
@@ -219,7 +221,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     )
 
 
-def _largest_angle(joined: Joined, mine: Booleans) -> dict[str, Any] | None:
+def _largest_angle(joined: JoinedLayers, mine: Booleans) -> dict[str, Any] | None:
     """The largest angle of the cells between pairs ``mine`` (p,), and the middle of that triangle; None without any."""
     cells, x = joined.cells[mine[joined.pairs]], joined.net.bubbles.x
     if len(cells) == 0:

@@ -16,7 +16,7 @@ from bubblemesh.packing.net import Net, unconnected
 from bubblemesh.spacing.spacing import Spacing
 
 
-class Joined(NamedTuple):
+class JoinedLayers(NamedTuple):
     """A net of the whole domain, with the cells of layers."""
 
     net: Net  # without a list of edges
@@ -26,7 +26,7 @@ class Joined(NamedTuple):
     halves: Integers  # (q, 2): rows of two of these that are one quadrilateral
 
 
-def joined(rest: Rest, net: Net, spacing: Spacing) -> Joined:
+def joined(rest: Rest, net: Net, spacing: Spacing) -> JoinedLayers:
     """A net of the rest and the cells of the layers, as one of the whole domain."""
     strips, whole, own = rest.strips, rest.strips.walls.domain, net.bubbles
     count, fixed, inside = len(strips.x), len(whole.boundary.corners), len(own) - own.boundary_count
@@ -52,7 +52,7 @@ def joined(rest: Rest, net: Net, spacing: Spacing) -> Joined:
     bubbles = Bubbles(x[order], spacing.extended(x[order]), piece[slides], s[slides], fixed, np.zeros(len(order), bool))
     triangles = number[np.concatenate([cells, known[net.triangles]])]
     joint = replace(unconnected(bubbles, whole), triangles=triangles)
-    return Joined(joint, number[:count], number[cells], pairs, halves)
+    return JoinedLayers(joint, number[:count], number[cells], pairs, halves)
 
 
 def _on_whole(strips: Strips) -> tuple[Integers, Floats]:

@@ -39,7 +39,7 @@ LEAST_SHARES = {"neighbours": 0.25}
 
 
 @record
-class Lack:
+class LowColumns:
     """Columns on the walls of a label that are much lower than asked for, all for the same reason.
 
     Attributes
@@ -96,17 +96,17 @@ def _have_all(strips: Strips, most: Integers) -> Booleans:
     return (heights.factor == 1) & (heights.count >= gradual(columns, np.minimum(most, fitting)))
 
 
-def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: Floats) -> tuple[Lack, ...]:
+def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: Floats) -> tuple[LowColumns, ...]:
     """The lacks of columns (k,), of which some are ``low`` (k,) for each reason.
 
     Lengths ``beside`` (c,) are those of the wall at all columns.
     """
-    found, length = list[Lack](), beside[which]
+    found, length = list[LowColumns](), beside[which]
     for reason, mine in low.items():
         of_wall = float(length[mine].sum() / max(length.sum(), TINY))
         if mine.any() and of_wall >= LEAST_SHARES.get(reason, 0.0):
             share = of_wall if reason == "edges" else float(mine.mean())
-            found.append(Lack(reason, share, **lowest(strips, which[mine])[0]))
+            found.append(LowColumns(reason, share, **lowest(strips, which[mine])[0]))
     return tuple(found)
 
 

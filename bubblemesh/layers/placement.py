@@ -30,7 +30,7 @@ class _Row(NamedTuple):
     ends: bool = False
 
 
-class _Table(NamedTuple):
+class _ColumnTable(NamedTuple):
     """Rows of columns as arrays, with the names and kinds of those of `Columns`."""
 
     foot: Integers
@@ -41,7 +41,7 @@ class _Table(NamedTuple):
     ends: Booleans
 
 
-class _Builder:
+class _ColumnBuilder:
     """Columns as they are found, at one end of a side after the other."""
 
     def __init__(self, walls: Walls, ladders: Sequence[Ladder]) -> None:
@@ -136,9 +136,9 @@ class _Builder:
         on_sides = np.column_stack([self.first[sides], self.last[sides]])
         return np.concatenate([on_sides, np.column_stack([one, other])]), np.append(sides, of_fan)
 
-    def table(self) -> _Table:
+    def table(self) -> _ColumnTable:
         """All rows so far."""
-        return _Table(*(np.array(column) for column in zip(*self.rows, strict=True)))
+        return _ColumnTable(*(np.array(column) for column in zip(*self.rows, strict=True)))
 
     def turns(self) -> Floats:
         """Largest angle (c,) by which the wall turns at the feet of columns."""
@@ -171,7 +171,7 @@ class _Builder:
 
 def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
     """Columns on all walls with layers: one at each node, several around convex corners."""
-    made, layered = _Builder(walls, ladders), walls.layered
+    made, layered = _ColumnBuilder(walls, ladders), walls.layered
     for side in np.flatnonzero(layered | layered[walls.following]).tolist():
         after = int(walls.following[side])
         if layered[side] and layered[after]:

@@ -17,7 +17,7 @@ TINY = np.finfo(float).tiny
 LOW_FAN = 0.2  # of the spacing at its foot: shorter edges of a fan's front have the edges of the wall grow from there
 
 
-class Cells(NamedTuple):
+class LayerCells(NamedTuple):
     """Cells of layers as triangles: the first 2 q are those of quadrilaterals, row k and row q + k of one."""
 
     triangles: Integers  # (t, 3): counter-clockwise
@@ -140,13 +140,13 @@ class Strips:
         return np.hypot(*(self.x[self.top] - self.columns.at).T)
 
     @cached_property
-    def cells(self) -> "Cells":
+    def cells(self) -> "LayerCells":
         """All cells as triangles."""
         corners, pair = self.quads
         first = self._split_from_first(self.x[corners])
         a, b, c, d = np.where(first[:, None], corners, np.roll(corners, -1, axis=1)).T
         three, pair_of_three = self.triangles
-        return Cells(
+        return LayerCells(
             np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d]), three]),
             np.column_stack([a, c]),
             np.concatenate([pair, pair, pair_of_three]),

@@ -12,7 +12,7 @@ LEFT, RIGHT, TOP, BOTTOM = 40, 12, 12, 34  # margins of the plot
 Scale = Callable[[float], float]
 
 
-class Line(NamedTuple):
+class ChartLine(NamedTuple):
     """Points of a line, its name, and whether each point has a mark."""
 
     name: str
@@ -92,7 +92,7 @@ def histogram_chart(
 
 
 def line_chart(
-    title: str, x_title: str, lines: Sequence[Line], low: float, high: float, *, logarithmic: bool = False
+    title: str, x_title: str, lines: Sequence[ChartLine], low: float, high: float, *, logarithmic: bool = False
 ) -> Markup:
     """Chart of one or two lines over a common axis, which differ in dashes and marks as well as in colour.
 
@@ -117,7 +117,7 @@ def line_chart(
     return _figure(title, f"{ends}.", html(axis, _ticks(across, ticks), caption, *drawn), keys)
 
 
-def _line(line: Line, number: int, across: Scale, up: Scale) -> Markup:
+def _line(line: ChartLine, number: int, across: Scale, up: Scale) -> Markup:
     """A line of a chart with its marks; the number chooses colour and dashes."""
     points = [(across(x), up(y)) for x, y in line.points]
     path = tag("polyline", points=" ".join(f"{x:.1f},{y:.1f}" for x, y in points), class_=f"line line-{number}")

@@ -14,7 +14,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import MeasuresInMetric, measures_of, spacing_along_edges
 from bubblemesh.meshes.quality import TARGET_SPACING, angles, edge_means, edge_ratios
 from bubblemesh.messages import counted, duration, place
-from bubblemesh.pages.charts import Line, bar, histogram_chart, line_chart
+from bubblemesh.pages.charts import ChartLine, bar, histogram_chart, line_chart
 from bubblemesh.pages.markup import Markup, cell, head, html, table, tag, whole
 from bubblemesh.pages.scene import Scene
 from bubblemesh.pictures.colouring import standard_color
@@ -137,7 +137,7 @@ def rounds_charts(report: Mapping[str, Any], speeds: Sequence[Floats]) -> Markup
     """Quality over the rounds, mean speed over the steps, time by stage."""
     rounds, initial = report["rounds"], report["initial"]
     lines = [
-        Line(name, [(0, initial[key]), *((row["round"], row[key]) for row in rounds)], marked=True)
+        ChartLine(name, [(0, initial[key]), *((row["round"], row[key]) for row in rounds)], marked=True)
         for name, key in (("mean q", "quality_mean"), ("least q", "quality_min"))
     ]
     charts = [line_chart("Quality over the rounds", "round, from the placement at 0", lines, 0.0, 1.0)]
@@ -146,7 +146,7 @@ def rounds_charts(report: Mapping[str, Any], speeds: Sequence[Floats]) -> Markup
     if len(moving):
         shown = moving[np.unique(np.linspace(0, len(moving) - 1, MOST_STEPS).astype(int))]
         values = steps[shown]
-        line = Line("mean speed", list(zip((shown + 1).tolist(), values.tolist(), strict=True)), marked=False)
+        line = ChartLine("mean speed", list(zip((shown + 1).tolist(), values.tolist(), strict=True)), marked=False)
         exponents = np.log10(values[values > 0])
         low = math.floor(exponents.min())
         high = max(math.ceil(exponents.max()), low + 1)

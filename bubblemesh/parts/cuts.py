@@ -14,7 +14,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Line, OpenPath, Point, Side, as_point
 from bubblemesh.messages import place
 from bubblemesh.parts.landings import Landings
-from bubblemesh.parts.periodic_sides import PeriodicSides
+from bubblemesh.parts.periodic_sides import CutPeriodicSides
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.spacing import Spacing
@@ -129,7 +129,7 @@ class _Cutter:
         self._sizes = spacing.extended(self._corners)
         self._area = domain.polygon
         self._domain = domain
-        self._sides = PeriodicSides.of(domain, spacing)
+        self._sides = CutPeriodicSides.of(domain, spacing)
         self._landings = Landings.of(domain, spacing)
 
     def cuts(self, samples: Leaves, cells: int, expected_nodes: float) -> Cuts:

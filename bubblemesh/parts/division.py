@@ -35,7 +35,7 @@ class Places(NamedTuple):
 
 
 @record
-class Division:
+class CutDomain:
     """A domain that is cut.
 
     Pieces of its boundary are cut where they meet cuts, which are inner pieces themselves.
@@ -136,7 +136,7 @@ def _with_lines(boundary: Boundary, pieces: Integers, turned: Booleans) -> Bound
     return replace(boundary, families=families, **columns)
 
 
-def divided(domain: Domain, cuts: Cuts, spacing: Spacing) -> Division:
+def divided(domain: Domain, cuts: Cuts, spacing: Spacing) -> CutDomain:
     """Cut a domain; the bubbles along the cuts are placed by the spacing, once for the parts on both sides."""
     whole, size = domain.boundary, domain.size
     named = replace(whole, label=np.arange(len(whole.kind)), labels=tuple(map(str, range(len(whole.kind)))))
@@ -154,7 +154,7 @@ def divided(domain: Domain, cuts: Cuts, spacing: Spacing) -> Division:
     left_region, right_region = (np.where(origin < 0, region, side) for side in (boundary.left, boundary.right))
     names = (*whole.labels, CUT)
     boundary = replace(boundary, label=label, labels=names, left=left_region, right=right_region)
-    division = _mirrored(Division(domain, cuts, boundary, origin, left, right, Held()))
+    division = _mirrored(CutDomain(domain, cuts, boundary, origin, left, right, Held()))
     held = division.on_cut | (division.origin >= 0) & domain.tied[division.origin]
     straight = _with_lines(division.boundary, np.flatnonzero(division.on_cut), np.zeros(len(held), bool))
     shell = boundary_bubbles(Domain(straight, parts=domain.parts), spacing)
@@ -163,7 +163,7 @@ def divided(domain: Domain, cuts: Cuts, spacing: Spacing) -> Division:
     return replace(division, held=Held(np.flatnonzero(held), shell.piece[order], shell.s[order]))
 
 
-def _mirrored(division: Division) -> Division:
+def _mirrored(division: CutDomain) -> CutDomain:
     """The division with a corner on a periodic side wherever a cut meets its counterpart."""
     whole, boundary, pairs = division.whole.boundary, division.boundary, division.whole.periodic
     new = np.arange(len(whole.corners), len(boundary.corners))

@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, unconnected
-from bubblemesh.parts.division import Division, Places
+from bubblemesh.parts.division import CutDomain, Places
 from bubblemesh.parts.ends import merged, spread
 from bubblemesh.parts.part import Band
 from bubblemesh.spacing.spacing import Spacing
@@ -25,7 +25,7 @@ class Patch(NamedTuple):
     triangles: Integers  # (t, 3): of these numbers
 
 
-def patch(division: Division, places: Places, band: Band, first: int) -> Patch:
+def patch(division: CutDomain, places: Places, band: Band, first: int) -> Patch:
     """The band of a part as a patch, whose own nodes have the numbers from ``first`` on."""
     boundary, held, corners = division.boundary, division.held, band.corners
     piece, s = places.piece[band.piece], band.s
@@ -45,7 +45,7 @@ def patch(division: Division, places: Places, band: Band, first: int) -> Patch:
     return Patch(node, band.x, pieces, along, node[band.triangles])
 
 
-class Joined(NamedTuple):
+class JoinedBands(NamedTuple):
     """Net of all bands in the whole domain, which is not Delaunay along the cuts yet, and has no list of edges."""
 
     net: Net  # of all bubbles on the boundary, and of those of the bands
@@ -54,7 +54,7 @@ class Joined(NamedTuple):
     numbers: tuple[Integers, ...]  # of the nodes (n,) of each patch
 
 
-def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Joined:
+def joined(division: CutDomain, patches: Sequence[Patch], spacing: Spacing) -> JoinedBands:
     """Join the bands of packed parts: what they have in common is there once."""
     whole, boundary = division.whole, division.boundary
     shared = len(boundary.corners) + len(division.held.s)
@@ -87,7 +87,7 @@ def joined(division: Division, patches: Sequence[Patch], spacing: Spacing) -> Jo
     net = replace(net, triangles=rank[triangles])
     net = replace(net, bubbles=spread(net, whole.boundary, rank[loose_ends[stay[loose_ends]]], spacing))
     numbers = tuple(rank[place[patch.node]] for patch in patches)
-    return Joined(net, rank[np.concatenate([ends, on_cut])], rank[ends], numbers)
+    return JoinedBands(net, rank[np.concatenate([ends, on_cut])], rank[ends], numbers)
 
 
 def _first_places(numbers: Integers) -> tuple[Integers, Integers]:

@@ -24,7 +24,7 @@ SQUARE = 0.05  # least sine of the angle between a cut and a side for these
 
 
 @record
-class PeriodicSides:
+class CutPeriodicSides:
     """The periodic sides of a domain, and where cuts meet them so far."""
 
     boundary: Boundary
@@ -35,14 +35,14 @@ class PeriodicSides:
     met: Floats  # (n, 2): ends of cuts, and counterparts of ends
 
     @classmethod
-    def of(cls, domain: Domain, spacing: Spacing) -> "PeriodicSides":
+    def of(cls, domain: Domain, spacing: Spacing) -> "CutPeriodicSides":
         """The periodic sides of a domain that is not cut yet."""
         chords = domain.boundary.chords()
         mine = np.isin(chords.piece, domain.periodic)
         own = Chords(chords.piece[mine], chords.s[mine], chords.step[mine], chords.start[mine], chords.end[mine])
         return cls(domain.boundary, domain.periodic, own, domain.size, spacing, np.zeros((0, 2)))
 
-    def with_cut(self, ends: Floats) -> "PeriodicSides":
+    def with_cut(self, ends: Floats) -> "CutPeriodicSides":
         """What is met once there is a cut between two points (2, 2)."""
         return replace(self, met=np.concatenate([self.met, *self._crossings(ends)]))
 

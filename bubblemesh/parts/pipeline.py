@@ -13,11 +13,11 @@ from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.messages import place
 from bubblemesh.packing.net import Net, reconnect
 from bubblemesh.parts.cuts import Cuts, cut
-from bubblemesh.parts.division import Division, Places, divided
+from bubblemesh.parts.division import CutDomain, Places, divided
 from bubblemesh.parts.packing import PartJob, packed_part
 from bubblemesh.parts.part import Core, Margin
 from bubblemesh.parts.patches import Patch, joined, patch
-from bubblemesh.parts.seams import JUNCTION, SEAM, Strip, Strips, near, settled
+from bubblemesh.parts.seams import JUNCTION, SEAM, SeamStrips, Strip, near, settled
 from bubblemesh.parts.store import Store
 from bubblemesh.parts.work import Deadline, Job, Terms
 from bubblemesh.parts.workshop import Workshop
@@ -138,7 +138,7 @@ def packed_in_parts(
 
 
 def _packed_parts(
-    division: Division, cuts: Cuts, expected_nodes: float, terms: Terms, workshop: Workshop
+    division: CutDomain, cuts: Cuts, expected_nodes: float, terms: Terms, workshop: Workshop
 ) -> tuple[list[Places], list[Margin]]:
     """Pack all parts: the places and the margin of each."""
     shares = (cuts.work / cuts.work.sum()).tolist()
@@ -157,11 +157,11 @@ def _packed_parts(
 
 
 def _packed_seams(net: Net, free: Booleans, terms: Terms, workshop: Workshop, done: float) -> tuple[Net, Integers]:
-    """Pack strips of a net once more, as of `Strips.put_back`; bubbles that are ``free`` (n,) may move.
+    """Pack strips of a net once more, as of `SeamStrips.put_back`; bubbles that are ``free`` (n,) may move.
 
     The share ``done`` of all work is done before; half of that for seams is done here.
     """
-    found, made, terms = Strips.of(net, free), dict[int, Strip](), terms.for_seams()
+    found, made, terms = SeamStrips.of(net, free), dict[int, Strip](), terms.for_seams()
     sizes = found.sizes
 
     def job(number: int) -> Job:
@@ -178,7 +178,7 @@ def _middle_of(bounds: tuple[float, float, float, float]) -> str:
     return place(((x0 + x1) / 2, (y0 + y1) / 2))
 
 
-def _patches(division: Division, places: Sequence[Places], margins: Sequence[Margin]) -> Iterator[Patch]:
+def _patches(division: CutDomain, places: Sequence[Places], margins: Sequence[Margin]) -> Iterator[Patch]:
     first = len(division.boundary.corners) + len(division.held.s)
     for where, margin in zip(places, margins, strict=True):
         yield patch(division, where, margin.band, first)

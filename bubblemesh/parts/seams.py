@@ -67,7 +67,7 @@ def near(net: Net, bubbles: Integers, rings: int) -> Booleans:
 
 
 @record
-class Strips:
+class SeamStrips:
     """Strips of a net, apart from each other, that are made when they are asked for."""
 
     net: Net
@@ -76,7 +76,7 @@ class Strips:
     lines: tuple[Integers, ...]  # (l, 2) of each: sides of the domain within it, and facets between others that stay
 
     @classmethod
-    def of(cls, net: Net, free: Booleans) -> "Strips":
+    def of(cls, net: Net, free: Booleans) -> "SeamStrips":
         """Strips in which the bubbles that are ``free`` (n,) may move, but for those on the boundary."""
         n = len(net.bubbles)
         free = free & (np.arange(n) >= net.bubbles.boundary_count)

@@ -23,7 +23,7 @@ from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField, scattered
 from bubblemesh.spacing.terms.raster import Raster
 
-Variables = Mapping[str, Raster]  # rasters by the names that expressions have for them
+RasterNames = Mapping[str, Raster]  # rasters by the names that expressions have for them
 
 
 class DataFunction(Protocol):

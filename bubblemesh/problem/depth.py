@@ -17,7 +17,7 @@ from bubblemesh.spacing.spacing import OneKey, Spacing
 from bubblemesh.spacing.terms.depth import Deep, NodeDepth, NotBelow, Slope, Waves
 
 if TYPE_CHECKING:
-    from bubblemesh.problem.data_terms import Variables
+    from bubblemesh.problem.data_terms import RasterNames
 
 SLOPE_ACROSS = 1 / 200  # of the domain's size: length over which depths are compared
 
@@ -54,7 +54,7 @@ def not_below_courant(at: SpacingAtScale, terms: SpacingTerms, domain: Domain, r
     return bounded
 
 
-def node_depth(terms: SpacingTerms, domain: Domain, rasters: "Variables", depth: NodeDepthKeys) -> NodeDepth | None:
+def node_depth(terms: SpacingTerms, domain: Domain, rasters: "RasterNames", depth: NodeDepthKeys) -> NodeDepth | None:
     """The depth that the mesh is written with: that given, or that of a term of the spacing."""
     told = {("output", "depth"): depth.of}
     for name, keys in (("waves", terms.waves), ("slope", terms.slope), ("courant", terms.courant)):

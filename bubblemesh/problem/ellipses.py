@@ -9,9 +9,9 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.tensors import Axes, axes
 from bubblemesh.records import record
-from bubblemesh.spacing.metric.metric import Ellipses
+from bubblemesh.spacing.metric.metric import EllipsesAt
 
-Number = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
+NumberAt = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
 SQUARE = 1e-3  # cosine of the angle between a wall and the way to it that is a right one, but for rounding on curves
 INFINITE = 1e100  # size that asks for nothing
@@ -21,9 +21,9 @@ INFINITE = 1e100  # size that asks for nothing
 class Directed:
     """Ellipses of sizes across and along a direction, given by its angle."""
 
-    angle: Number
-    across: Number
-    along: Number | None
+    angle: NumberAt
+    across: NumberAt
+    along: NumberAt | None
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
@@ -45,9 +45,9 @@ class Directed:
 class Entries:
     """Ellipses of tensors, given by their entries."""
 
-    m11: Number
-    m12: Number
-    m22: Number
+    m11: NumberAt
+    m12: NumberAt
+    m22: NumberAt
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
@@ -65,7 +65,7 @@ class AlongWalls:
     labels: tuple[str, ...]
     across: float
     growth: float
-    along: Number | None
+    along: NumberAt | None
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
@@ -92,7 +92,7 @@ class AlongWalls:
 class Scaled:
     """Ellipses with all sizes multiplied."""
 
-    ellipses: Ellipses
+    ellipses: EllipsesAt
     scale: float
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
@@ -104,7 +104,7 @@ class Scaled:
 class AtGivenPlaces:
     """Ellipses at coordinates as they were given, as those at places in the plane."""
 
-    ellipses: Ellipses
+    ellipses: EllipsesAt
     plane: Plane
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
@@ -120,7 +120,7 @@ class OnTheGround:
     longitudes.
     """
 
-    ellipses: Ellipses
+    ellipses: EllipsesAt
     plane: Plane
     turned: bool
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls
-from bubblemesh.problem.narrow_parts import Filled, Unfilled, with_narrow_parts_filled
+from bubblemesh.problem.narrow_parts import FilledSpacing, Unfilled, with_narrow_parts_filled
 from bubblemesh.problem.spacing import SpacingRequest
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.rules.grading import LimitedSpacing
@@ -38,7 +38,7 @@ class Fitted(NamedTuple):
     coarse: Sources  # places on curves that are too tight for it
     before_narrow_parts: LimitedSpacing  # made finer by these two
     walls: FacingWalls
-    filled: Filled
+    filled: FilledSpacing
 
 
 def requested_spacing(domain: Domain, request: SpacingRequest, scale: float | None, max_nodes: int) -> RequestedSpacing:

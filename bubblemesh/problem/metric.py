@@ -13,17 +13,17 @@ from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.distance.distances import distance_to_labels, require_labels
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.crs import bound_in
-from bubblemesh.problem.ellipses import AlongWalls, AtGivenPlaces, Directed, Entries, Number, OnTheGround, Scaled
+from bubblemesh.problem.ellipses import AlongWalls, AtGivenPlaces, Directed, Entries, NumberAt, OnTheGround, Scaled
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.metric_files import read_ellipses
 from bubblemesh.spacing.expression import Expression, Rasters
-from bubblemesh.spacing.metric.metric import Ellipses
+from bubblemesh.spacing.metric.metric import EllipsesAt
 
 
 class MetricRequest(NamedTuple):
     """A metric of a case: its ellipses, and the largest aspect that they may have, with the key of the case."""
 
-    ellipses: Ellipses  # no numbers where the metric is not positive
+    ellipses: EllipsesAt  # no numbers where the metric is not positive
     aspect: float
     key: Key
     gradation: float = np.inf  # growth over a length of 1
@@ -49,7 +49,7 @@ def metric_requests(
 
 
 def _request(model: AnyMetric, domain: Domain, key: Key, rasters: Rasters) -> MetricRequest:
-    def number(name: str) -> Number:
+    def number(name: str) -> NumberAt:
         value = getattr(model, name)
         with at_key(*key, name):
             expression = value if isinstance(value, Expression) else Expression.parse(repr(float(value)))
@@ -58,7 +58,7 @@ def _request(model: AnyMetric, domain: Domain, key: Key, rasters: Rasters) -> Me
     plane = domain.plane
     along = None if getattr(model, "along", None) is None else number("along")
     notes: tuple[str, ...] = ()
-    ellipses: Ellipses
+    ellipses: EllipsesAt
     match model:
         case DirectedMetric():
             ellipses = Directed(number("angle"), number("across"), along)

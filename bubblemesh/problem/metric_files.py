@@ -20,14 +20,14 @@ from bubblemesh.readers.grids.grids import Box
 from bubblemesh.readers.grids.netcdf import netcdf
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.metric.field import TensorField
-from bubblemesh.spacing.metric.metric import Ellipses
+from bubblemesh.spacing.metric.metric import EllipsesAt
 from bubblemesh.spacing.terms.raster import Raster
 
 ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
 NEGLIGIBLE = 0.01  # of the domain: what polygons in place of curves leave out
 
 
-def read_ellipses(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]]:
+def read_ellipses(model: FieldMetric, domain: Domain) -> tuple[EllipsesAt, tuple[str, ...]]:
     """The metric in a file, and notes on what was chosen of it; CaseError or FileError if it holds none."""
     if _has_rasters(Path(model.file)):
         return _read_rasters(model, domain)
@@ -49,7 +49,7 @@ def _has_rasters(path: Path) -> bool:
         return ENTRIES[0] in variables and len(variables[ENTRIES[0]].shape) >= 2
 
 
-def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[Ellipses, tuple[str, ...]]:
+def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[EllipsesAt, tuple[str, ...]]:
     """The metric in three rasters of a file, with notes; errors as of `_read`."""
     if model.name is not None:
         raise CaseError(f"name: the rasters of {model.file} are m11, m12 and m22: leave name out")

@@ -18,7 +18,7 @@ from bubblemesh.records import record
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
-from bubblemesh.spacing.metric.metric import Ellipses, MetricSpacing
+from bubblemesh.spacing.metric.metric import EllipsesAt, MetricSpacing
 from bubblemesh.spacing.metric.short_edges import BesideEdges
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
@@ -45,7 +45,7 @@ class InMetric(NamedTuple):
         Beside ``short`` edges, which have a limit and their ends (k, 2, 2), it is finer. Where straight edges cannot
         follow it ellipses are shorter, and none is longer than the domain.
         """
-        ellipses: Ellipses = Intersection(self.metrics, spacing, domain.size)
+        ellipses: EllipsesAt = Intersection(self.metrics, spacing, domain.size)
         ellipses = ellipses if short is None else BesideEdges(ellipses, *short)
         fitted = MetricSpacing.of(ellipses, self.requested.aspect)
         bent = _graded(domain, fitted, self.metrics, max_nodes)

@@ -26,7 +26,7 @@ class Unfilled(NamedTuple):
     expected_nodes: float
 
 
-class Filled(NamedTuple):
+class FilledSpacing(NamedTuple):
     """The spacing of a packing that fits across narrow parts."""
 
     spacing: LimitedSpacing
@@ -35,12 +35,12 @@ class Filled(NamedTuple):
     left_out: NarrowPlace | None  # the narrowest part that would take too many nodes
 
 
-def with_narrow_parts_filled(walls: FacingWalls, rules: Rules, before: Unfilled, max_nodes: int) -> Filled:
+def with_narrow_parts_filled(walls: FacingWalls, rules: Rules, before: Unfilled, max_nodes: int) -> FilledSpacing:
     """The spacing for a packing, made to fit across narrow parts at least once, unless the rules say how often.
 
     Parts whose filling takes many times the nodes are left as they are, the narrowest first.
     """
-    as_it_is = Filled(before.for_packing, before.expected_nodes, Sources.none(), None)
+    as_it_is = FilledSpacing(before.for_packing, before.expected_nodes, Sources.none(), None)
     most = min(int(MOST_TIMES * before.expected_nodes) + MORE, max_nodes)
     left_out: NarrowPlace | None = None
     for cut in CUTS:
@@ -52,7 +52,7 @@ def with_narrow_parts_filled(walls: FacingWalls, rules: Rules, before: Unfilled,
             walls.domain, before.after_periodic, gaps, rules.packing_growth, before.for_packing.ground
         )
         try:
-            return Filled(
+            return FilledSpacing(
                 filled, ideal_nodes(walls.domain, filled.spacing, most, ESTIMATE, before.cover), gaps, left_out
             )
         except LimitError:

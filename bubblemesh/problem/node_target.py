@@ -30,7 +30,7 @@ FEW = 100_000  # nodes that the search for a scale may count, whatever the targe
 SAME = 0.1  # of a node: scales that differ by less lead to the same mesh, or to both sides of a jump in the number
 TIMES_TOO_MANY = 4  # the target: more nodes need no counting
 
-Trial = tuple[float, float]  # logarithms of the rough number and of the true one
+CountTrial = tuple[float, float]  # logarithms of the rough number and of the true one
 Found = TypeVar("Found")
 
 
@@ -47,7 +47,7 @@ class Scales:
         return cls(lambda u: float(np.log(count(scaled(float(np.exp(u)))))))
 
     @cached_property
-    def ends(self) -> Trial:
+    def ends(self) -> CountTrial:
         """The fewest and the most nodes that any scale leads to."""
         low, high = self.rough(WIDEST), self.rough(-WIDEST)
         margin = min(NEAR_THE_END, (high - low) / 4)
@@ -78,7 +78,7 @@ class ScaleSearch:
     nearest: Callable[[int], str] | None = None  # if the nearest number will do, the warning of another one
     told: tuple[str, ...] = ()  # warnings of each problem
 
-    def problem(self, expected: float, start: float | None = None, known: Sequence[Trial] = ()) -> Problem:
+    def problem(self, expected: float, start: float | None = None, known: Sequence[CountTrial] = ()) -> Problem:
         """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be.
 
         What is ``known`` of trials before tells where the number jumps.
@@ -103,7 +103,7 @@ class ScaleSearch:
                 raise out_of_reach(expected, np.inf)
         return self.of(replace(problem, task=self.task, seconds=time), scale, (*known, *trials))
 
-    def of(self, problem: Problem, scale: float, trials: tuple[Trial, ...] = ()) -> Problem:
+    def of(self, problem: Problem, scale: float, trials: tuple[CountTrial, ...] = ()) -> Problem:
         """The problem at a scale that trials led to, which is made anew at others where its mesh misses the target."""
         target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self, trials)
         return replace(problem, node_target=target, warnings=(*problem.warnings, *self.told))
@@ -121,7 +121,7 @@ class NodeTarget:
     scale: float
     rough: float  # logarithm of the rough number of nodes at that scale
     search: ScaleSearch  # that finds other scales
-    trials: tuple[Trial, ...] = ()  # that are known
+    trials: tuple[CountTrial, ...] = ()  # that are known
 
     def is_missed_by(self, nodes: int) -> bool:
         """Whether a mesh of so many nodes has too many or too few."""
@@ -132,7 +132,7 @@ class NodeTarget:
         return bool(abs(np.log(scale / self.scale)) < SAME / (2 * self.nodes))
 
 
-def fit_node_target(search: ScaleSearch, known: Sequence[Trial] = ()) -> Problem:
+def fit_node_target(search: ScaleSearch, known: Sequence[CountTrial] = ()) -> Problem:
     """Make the problem in which the target is expected; a CaseError or LimitError says that no scale does it.
 
     Trials of a like search that are ``known`` may spare those of this one.
@@ -149,7 +149,7 @@ def fit_node_target(search: ScaleSearch, known: Sequence[Trial] = ()) -> Problem
     return search.problem(nodes, known=known)
 
 
-def _nearest(search: ScaleSearch, known: Sequence[Trial]) -> Problem:
+def _nearest(search: ScaleSearch, known: Sequence[CountTrial]) -> Problem:
     """Make the problem in which the target is expected, or the nearest number; a LimitError if that is too much."""
     limit = search.task.max_nodes
     problem = search.problem(min(search.nodes, limit), known=known)
@@ -179,8 +179,8 @@ def scaled_to(
     at: Callable[[float], tuple[float, Found]],
     start: float | None = None,
     key: Key | None = None,
-    known: Sequence[Trial] = (),
-) -> tuple[float, Found, list[Trial]]:
+    known: Sequence[CountTrial] = (),
+) -> tuple[float, Found, list[CountTrial]]:
     """Find the scale at which a spacing asks for so many nodes; ``at`` a scale are the true number and what has it.
 
     The secant method on logarithms, over the rough number, which is quickly known, instead of the scale: the true
@@ -193,7 +193,7 @@ def scaled_to(
     """
     target, ends = np.log(nodes), scales.ends
     aim = target if start is None else np.log(start)
-    trials, nearest = list[Trial](), np.inf
+    trials, nearest = list[CountTrial](), np.inf
     last = np.inf  # the number with which it ends, if any
     if jumps_across(known, target):
         aim, last = min(known, key=lambda trial: abs(trial[1] - target))
@@ -219,7 +219,7 @@ def scaled_to(
     return *best, trials
 
 
-def jumps_across(trials: Sequence[Trial], target: float) -> bool:
+def jumps_across(trials: Sequence[CountTrial], target: float) -> bool:
     """Whether the true number jumps across the target between the trials on both sides of it."""
     below = max((trial for trial in trials if trial[1] < target), default=None)
     above = min((trial for trial in trials if target <= trial[1] < np.inf), default=None)
@@ -228,7 +228,7 @@ def jumps_across(trials: Sequence[Trial], target: float) -> bool:
     return abs(above[1] - below[1]) > STEEPEST * abs(above[0] - below[0])
 
 
-def next_aim(trials: Sequence[Trial], target: float, flattest: float = FLATTEST) -> float:
+def next_aim(trials: Sequence[CountTrial], target: float, flattest: float = FLATTEST) -> float:
     """Rough number to try next: by the secant through the two best trials, or half-way between both sides."""
     finite = [trial for trial in trials[::-1] if np.isfinite(trial[1])]  # of equally good ones the last one leads on
     finite.sort(key=lambda trial: abs(trial[1] - target))

@@ -18,12 +18,12 @@ from bubblemesh.problem.crs import require_one_unit
 from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
-from bubblemesh.problem.node_target import CLOSE, Scales, ScaleSearch, Trial, fit_node_target
+from bubblemesh.problem.node_target import CLOSE, CountTrial, Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
 from bubblemesh.problem.task import task_of
-from bubblemesh.problem.warnings import Detail
+from bubblemesh.problem.warnings import FinerSpacing
 from bubblemesh.process.limits import enter, timed
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
@@ -67,7 +67,7 @@ def prepare_in(
     nodes = request.nodes
     if nodes is None:
         return check_spacing(domain, request, task, seconds)
-    known: tuple[Trial, ...] = ()
+    known: tuple[CountTrial, ...] = ()
     if request.rules.across is None:
         with suppress(CaseError, LimitError), timed(seconds, "spacing"):
             problem = fit_node_target(_search(domain, request, nodes, task, seconds, key))
@@ -179,7 +179,7 @@ def _told(
 ) -> tuple[str, ...]:
     """Warnings of a domain and its spacing at some scale."""
     filled = fitted.filled
-    detail = Detail(
+    detail = FinerSpacing(
         fitted.short,
         fitted.coarse,
         filled.gaps,

@@ -15,7 +15,7 @@ from bubblemesh.spacing.spacing import OneKey, Spacing
 from bubblemesh.spacing.terms.combination import costly
 
 if TYPE_CHECKING:
-    from bubblemesh.problem.data_terms import Variables
+    from bubblemesh.problem.data_terms import RasterNames
 
 
 def bound_value(value: Value, domain: Domain, *path: str | int, rasters: Rasters) -> Spacing:
@@ -34,7 +34,7 @@ def values_of(metrics: Sequence[AnyMetric]) -> list[Value]:
 
 def named_rasters(
     terms: SpacingTerms, domain: Domain, others: Sequence[Value | None]
-) -> "tuple[Variables, tuple[str, ...]]":
+) -> "tuple[RasterNames, tuple[str, ...]]":
     """The rasters that expressions name, and notes on them."""
     keys = [each.depth for each in (terms.waves, terms.slope, terms.courant) if each is not None]
     values = [terms.value, *terms.regions.values(), *keys, *others]

@@ -120,7 +120,7 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
     return piece[chord], s[chord] + (part + 0.5) * step[chord] / parts[chord]
 
 
-class Detail(NamedTuple):
+class FinerSpacing(NamedTuple):
     """Reasons that make the spacing of a packing finer than the one that a case asks for, and the nodes with it."""
 
     short: Sources  # edges of the boundary
@@ -133,7 +133,7 @@ class Detail(NamedTuple):
     file_length: float | None  # in the case, of 1 in a file with regions that are not simplified yet
 
 
-def detail(found: Detail) -> list[str]:
+def detail(found: FinerSpacing) -> list[str]:
     """Warnings of short edges and tight curves that made the spacing finer; one if all detail takes many nodes.
 
     Rings of regions that share borders are not followed as curves: where a file has such, they can be simplified.

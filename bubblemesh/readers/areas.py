@@ -11,7 +11,7 @@ from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.repair import Repair
 from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import MOST_NAMES, place
-from bubblemesh.readers.selection import Part
+from bubblemesh.readers.selection import PartChoice
 
 
 def areas_of(areas: Sequence[Area], loose: Sequence[Ring], marks: Sequence[Point] | None) -> list[Area]:
@@ -45,7 +45,7 @@ def _require_marks(areas: Sequence[Area], marks: Sequence[Point]) -> None:
             raise GeometryError(f"the hole point {place(point.coords[0])} is {where}: move or remove it")
 
 
-def chosen_areas(areas: Sequence[Area], part: Part | None) -> list[Area]:
+def chosen_areas(areas: Sequence[Area], part: PartChoice | None) -> list[Area]:
     """The areas of a part, largest first; GeometryError if none is given and there are several."""
     if part is None and len(areas) == 1:
         return list(areas)

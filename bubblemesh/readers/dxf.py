@@ -50,7 +50,7 @@ BODIES = ("REGION", "3DSOLID", "BODY", "SURFACE", "MESH", "3DFACE", "MLINE")
 
 
 @record
-class _Found:
+class _Drawn:
     """An entity of the model space, or one drawn there by a block; whether it is hidden, and its clips."""
 
     entity: Any
@@ -154,7 +154,7 @@ def _paper(drawing: Any) -> str:
 
 def _entities(
     walk: _Walk, layout: Iterable[Any], depth: int = 0, hidden: bool = False, clips: tuple[Clip, ...] = ()
-) -> Iterator[_Found]:
+) -> Iterator[_Drawn]:
     """Entities of a layout, with the entities of blocks in place of inserts."""
     if depth > DEEPEST:
         raise CaseError(f"blocks are nested more than {DEEPEST} deep: explode them")
@@ -165,10 +165,10 @@ def _entities(
         if entity.dxftype() == "INSERT":
             yield from _inserted(walk, entity, depth, unseen, clips)
         elif entity.dxftype() != "VIEWPORT":
-            yield _Found(entity, unseen, clips)
+            yield _Drawn(entity, unseen, clips)
 
 
-def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool, clips: tuple[Clip, ...]) -> Iterator[_Found]:
+def _inserted(walk: _Walk, entity: Any, depth: int, hidden: bool, clips: tuple[Clip, ...]) -> Iterator[_Drawn]:
     """Entities drawn by an insert; CaseError if its block is missing."""
     block = entity.block()
     if block is None:
@@ -282,7 +282,7 @@ def _unused(kind: str, entities: list[Any]) -> str:
     return f"{len(entities)} {kind} not used, the first on layer {shown(first.dxf.layer, 40)}{where}{advice}"
 
 
-def _feature(found: _Found) -> Feature:
+def _feature(found: _Drawn) -> Feature:
     """Feature with the curves and the point of an entity, its layer and its properties."""
     entity = found.entity
     kind, name, layer = entity.dxftype(), _name(entity), str(entity.dxf.layer)

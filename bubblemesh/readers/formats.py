@@ -26,7 +26,7 @@ from bubblemesh.readers.regions import largest_by_name, named_areas
 from bubblemesh.readers.selection import METRES, Selection
 
 
-class Format(NamedTuple):
+class GeometryFormat(NamedTuple):
     """How files with an ending are read."""
 
     read: str  # module and function, imported when needed, that returns the `FeatureCollection` of a path
@@ -40,31 +40,31 @@ class Format(NamedTuple):
     of_maps: bool = False  # whether its coordinates are mostly places on the earth
 
 
-LISTS = Format("point_lists.read_rings", lines="point_lists.read_lines", points="point_lists.read_points")
+LISTS = GeometryFormat("point_lists.read_rings", lines="point_lists.read_lines", points="point_lists.read_points")
 
 
 FORMATS = {
-    ".geojson": Format("simple_features.read_geojson", selects=True, of_maps=True),
-    ".json": Format("simple_features.read_geojson", selects=True, of_maps=True),
-    ".topojson": Format("simple_features.read_geojson", selects=True, of_maps=True),
-    ".geojsonl": Format("simple_features.read_geojson_lines", selects=True, of_maps=True),
-    ".geojsons": Format("simple_features.read_geojson_lines", selects=True, of_maps=True),
-    ".ndjson": Format("simple_features.read_geojson_lines", selects=True, of_maps=True),
-    ".wkt": Format("simple_features.read_wkt"),
-    ".wkb": Format("simple_features.read_wkb"),
+    ".geojson": GeometryFormat("simple_features.read_geojson", selects=True, of_maps=True),
+    ".json": GeometryFormat("simple_features.read_geojson", selects=True, of_maps=True),
+    ".topojson": GeometryFormat("simple_features.read_geojson", selects=True, of_maps=True),
+    ".geojsonl": GeometryFormat("simple_features.read_geojson_lines", selects=True, of_maps=True),
+    ".geojsons": GeometryFormat("simple_features.read_geojson_lines", selects=True, of_maps=True),
+    ".ndjson": GeometryFormat("simple_features.read_geojson_lines", selects=True, of_maps=True),
+    ".wkt": GeometryFormat("simple_features.read_wkt"),
+    ".wkb": GeometryFormat("simple_features.read_wkb"),
     ".csv": LISTS,
     ".dat": LISTS,
     ".tsv": LISTS,
     ".txt": LISTS,
     ".xy": LISTS,
-    ".poly": Format("triangle.read_poly", beside=(".node",), has_inner_lines=True),
-    ".node": Format("triangle.read_nodes"),
-    ".dxf": Format("dxf.read_dxf", "dxf"),
-    ".svg": Format("svg.svg.read_svg", "svg"),
-    ".shp": Format(
+    ".poly": GeometryFormat("triangle.read_poly", beside=(".node",), has_inner_lines=True),
+    ".node": GeometryFormat("triangle.read_nodes"),
+    ".dxf": GeometryFormat("dxf.read_dxf", "dxf"),
+    ".svg": GeometryFormat("svg.svg.read_svg", "svg"),
+    ".shp": GeometryFormat(
         "gis.read_shapefile", "gis", (".shx", ".dbf", ".prj", ".cpg"), one_layer=True, selects=True, of_maps=True
     ),
-    ".gpkg": Format("gis.read_geopackage", "gis", one_layer=True, selects=True, of_maps=True),
+    ".gpkg": GeometryFormat("gis.read_geopackage", "gis", one_layer=True, selects=True, of_maps=True),
 }
 
 

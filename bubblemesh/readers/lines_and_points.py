@@ -22,7 +22,7 @@ from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.slips import Slips
 
 
-class Place(NamedTuple):
+class FilePoint(NamedTuple):
     """A point of a file, and its label, if any."""
 
     at: Point
@@ -85,7 +85,7 @@ def _finished(line: OpenPath, path: Path, factor: float, notes: Sequence[str]) -
     return replace(line.moved(Similarity.of(scale=factor)), notes=named, origin=origin)
 
 
-def read_points(path: Path, selection: Selection, name: str | None) -> tuple[list[Place], tuple[str, ...]]:
+def read_points(path: Path, selection: Selection, name: str | None) -> tuple[list[FilePoint], tuple[str, ...]]:
     """Points of a file, each place once, and notes.
 
     Their labels are the values of the property or column ``name``; by default those of ``label``, else of ``name``.
@@ -111,7 +111,7 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
             else:
                 found[at] = label
     factor = selection.factor(content)
-    places = [Place((x * factor, y * factor), label) for (x, y), label in found.items()]
+    places = [FilePoint((x * factor, y * factor), label) for (x, y), label in found.items()]
     return places, tuple(f"{path.name}: {note}" for note in (*dict.fromkeys(notes), *slips.notes))
 
 

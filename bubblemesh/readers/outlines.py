@@ -15,7 +15,7 @@ from bubblemesh.messages import counted
 from bubblemesh.readers.areas import areas_of
 from bubblemesh.readers.clips import clipped
 from bubblemesh.readers.features import FILL, HIDDEN, REGION, SPARE, Feature
-from bubblemesh.readers.rings.advice import Outcome, ways_out
+from bubblemesh.readers.rings.advice import JoinOutcome, ways_out
 from bubblemesh.readers.rings.duplicates import without_same_circles
 from bubblemesh.readers.rings.joining import Joining, rings_of_curves
 from bubblemesh.readers.rings.linework import rings_of_linework
@@ -93,7 +93,7 @@ def joining_of(selection: Selection, size: float | None = None) -> Joining:
     return joining._replace(reach=repair.gap_of(size) if joining.reach is None else joining.reach, mend=True)
 
 
-class _Found(NamedTuple):
+class _Outlines(NamedTuple):
     areas: list[tuple[Ring, ...]]
     rings: list[Ring]
     left_out: dict[str, int]  # numbers of things left out, by their kind
@@ -101,7 +101,7 @@ class _Found(NamedTuple):
     slips: Slips
 
 
-def _bounding(features: Sequence[Feature], joining: Joining) -> _Found:
+def _bounding(features: Sequence[Feature], joining: Joining) -> _Outlines:
     """Outlines of areas by all of the features; GeometryError if lines do not close."""
     areas = [area for one in features for area in one.areas]
     rings = [ring for one in features for ring in one.rings]
@@ -109,10 +109,10 @@ def _bounding(features: Sequence[Feature], joining: Joining) -> _Found:
     slips = reduce(add, (one.slips for one in features), Slips())
     left_out = {"line": len(curves) if areas else 0, "point": sum(len(one.points) for one in features)}
     if areas:
-        return _Found(areas, rings, left_out, (), slips)
+        return _Outlines(areas, rings, left_out, (), slips)
     joined = rings_of_linework(curves, joining) if joining.mend else rings_of_curves(curves, joining)
     loops, copies = without_same_circles(rings + joined.rings)  # joined arcs may be a circle, too
-    return _Found(areas, loops, left_out, joined.notes, slips + joined.slips + copies)
+    return _Outlines(areas, loops, left_out, joined.notes, slips + joined.slips + copies)
 
 
 def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> BubblemeshError:
@@ -126,7 +126,7 @@ def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> Bubble
     return CaseError(f"there is no ring in it{but}: give closed curves, or lines that meet")
 
 
-def _tried(features: Sequence[Feature], joining: Joining) -> Outcome | None:
+def _tried(features: Sequence[Feature], joining: Joining) -> JoinOutcome | None:
     """Outcome of joining features; None if a ring does not close or collapses."""
     try:
         seen = clipped(features, joining)[0]
@@ -139,4 +139,4 @@ def _tried(features: Sequence[Feature], joining: Joining) -> Outcome | None:
         return None
     shapes = shapes_of(areas)
     sound = bool(shapely.is_valid(shapes[np.argmax(shapely.area(shapes))]))
-    return Outcome(len(found.areas) + len(found.rings), len(areas), sound)
+    return JoinOutcome(len(found.areas) + len(found.rings), len(areas), sound)

@@ -10,13 +10,13 @@ from bubblemesh.errors import CaseError
 from bubblemesh.files import read_text
 from bubblemesh.geometry.paths import Point
 from bubblemesh.messages import shown
-from bubblemesh.readers.airfoils import Block, outlines, points_of
+from bubblemesh.readers.airfoils import NumberRows, outlines, points_of
 from bubblemesh.readers.features import Feature, FeatureCollection, finite_points, line_curve, polygon_ring
 from bubblemesh.readers.slips import Slips
 from bubblemesh.readers.tables import (
     NUMBER,
     SEPARATOR,
-    Line,
+    TableLine,
     has_decimal_commas,
     lines_of,
     named_rows,
@@ -97,7 +97,7 @@ def _first_two(text: str) -> tuple[list[tuple[int, tuple[float, float], dict[str
 class _Blocks(NamedTuple):
     """Blocks of points, and notes on what was left out and how lines were read."""
 
-    blocks: list[Block]
+    blocks: list[NumberRows]
     notes: tuple[str, ...]
 
 
@@ -107,9 +107,9 @@ def _blocks(path: Path) -> _Blocks:
     notes: dict[str, None] = {}
     named = named_rows(text, fewest=3)
     if named is not None:
-        lines = [Line(row.number, "", list(row.place) if row.place else []) for row in named[0]]
+        lines = [TableLine(row.number, "", list(row.place) if row.place else []) for row in named[0]]
         notes[f"columns {named[1]} are taken as x and y, others are not used"] = None
-        found = list(_parted(iter([*lines, Line(0, "", [])]), notes))
+        found = list(_parted(iter([*lines, TableLine(0, "", [])]), notes))
     else:
         if has_decimal_commas(text):
             notes["commas are taken as decimal points"] = None
@@ -123,14 +123,14 @@ def _blocks(path: Path) -> _Blocks:
     return _Blocks(blocks, (*notes, *more))
 
 
-def _index(blocks: list[Block]) -> str:
+def _index(blocks: list[NumberRows]) -> str:
     """Advice if the first column may be an index; else empty."""
     first = [row[0] for block in blocks for row in block.rows]
     counts = len(first) > FEWEST and first[0] in (0, 1) and all(b - a == 1 for a, b in pairwise(first))
     return ", and the first, which counts the rows, is x: name columns x and y in the first line" if counts else ""
 
 
-def _parted(lines: Iterator[Line], notes: dict[str, None]) -> Iterator[Block]:
+def _parted(lines: Iterator[TableLine], notes: dict[str, None]) -> Iterator[NumberRows]:
     """The blocks of rows; notes are added on what is left out."""
     rows: list[list[float]] = []
     first = 0
@@ -146,7 +146,7 @@ def _parted(lines: Iterator[Line], notes: dict[str, None]) -> Iterator[Block]:
                 notes[f"line {number} is taken as text after a ring: {shown(text, 40)!r}"] = None
         if not values or all(math.isnan(value) for value in values[:2]):
             if rows:
-                yield Block(first, rows)
+                yield NumberRows(first, rows)
             rows = []
             continue
         if len(values) < 2:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
     from bubblemesh.readers.features import Feature, FeatureCollection
 
 Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
-Part = int | Literal["largest", "all"]
+PartChoice = int | Literal["largest", "all"]
 Open = Literal["skip"]
 METRES: dict[Unit, float] = {
     "m": 1.0,
@@ -37,7 +37,7 @@ class Selection:
     feature: int | Mapping[str, Any] | None = None  # number of a feature, from 0, or properties that features must have
     scale: float = 1.0  # factor of the file's lengths
     unit: Unit | None = None  # of the file's lengths, in place of ``scale``; the case is in metres then
-    part: Part | None = None  # number of one of its areas, from 0, the largest first, or all of them
+    part: PartChoice | None = None  # number of one of its areas, from 0, the largest first, or all of them
     join: float | None = None  # ends of curves nearer than this meet, in the file's unit
     open: Open | None = None  # what to do with curves that form no ring; by default they are an error
     repair: "Repair | None" = None  # what to change of its areas

@@ -38,7 +38,7 @@ Y = (
 UNIT = re.compile(r"[\s_.-]+(mm|cm|m|km|ft|deg|degrees?|dd|utm)$")  # at the end of a name, as in x_m
 
 
-class Line(NamedTuple):
+class TableLine(NamedTuple):
     """A line of a table; ``values`` is None for words, and empty for a blank line or a comment."""
 
     number: int
@@ -73,7 +73,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
     return np.array(rows)
 
 
-def lines_of(content: str) -> Iterator[Line]:
+def lines_of(content: str) -> Iterator[TableLine]:
     """The lines of a text, and an empty one at its end.
 
     CaseError if a line begins like a number but is not one, or if a column is empty; the same errors as `plain_line`.
@@ -88,7 +88,7 @@ def lines_of(content: str) -> Iterator[Line]:
         values = numbers_in(words)
         if values is None and STARTS_AS_NUMBER.match(words[0]):
             raise CaseError(f"line {number}: no numbers: {shown(text, 40)!r}: correct it, or mark it as a comment by #")
-        yield Line(number, text, values)
+        yield TableLine(number, text, values)
 
 
 def plain_line(text: str, number: int) -> str:

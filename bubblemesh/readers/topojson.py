@@ -6,7 +6,7 @@ from typing import Any
 
 from bubblemesh.errors import CaseError, LimitError
 
-Line = list[list[float]]
+Positions = list[list[float]]
 MOST_POSITIONS = 10_000_000  # of all lines: arcs may be used again and again
 DEPTHS = {"LineString": 0, "MultiLineString": 1, "Polygon": 1, "MultiPolygon": 2}  # of lists of arcs
 
@@ -36,7 +36,7 @@ def entries_of(topology: Mapping[str, Any]) -> list[Any]:
     return entries
 
 
-def _positions(thing: Any, arcs: list[Line]) -> int:
+def _positions(thing: Any, arcs: list[Positions]) -> int:
     """Number of positions of all arcs that objects use."""
     if isinstance(thing, int) and not isinstance(thing, bool):
         return len(arcs[thing if thing >= 0 else ~thing])
@@ -49,7 +49,7 @@ def _positions(thing: Any, arcs: list[Line]) -> int:
     return sum(_positions(part, arcs) for part in thing.values()) if "type" not in thing else 0
 
 
-def _unpacked(arc: Line, transform: Mapping[str, Any] | None) -> Line:
+def _unpacked(arc: Positions, transform: Mapping[str, Any] | None) -> Positions:
     """Positions of an arc; with a transform it is given by steps in whole numbers."""
     if transform is None:
         return [[x, y] for x, y, *_ in arc]
@@ -64,7 +64,9 @@ def _placed(position: Any, transform: Mapping[str, Any] | None) -> list[float]:
     return [position[0] * sx + tx, position[1] * sy + ty]
 
 
-def _geometry(thing: Mapping[str, Any], arcs: list[Line], transform: Mapping[str, Any] | None) -> dict[str, Any] | None:
+def _geometry(
+    thing: Mapping[str, Any], arcs: list[Positions], transform: Mapping[str, Any] | None
+) -> dict[str, Any] | None:
     """The GeoJSON geometry of an object; None if it has none."""
     kind = thing["type"]
     if kind is None:
@@ -79,11 +81,11 @@ def _geometry(thing: Mapping[str, Any], arcs: list[Line], transform: Mapping[str
     return {"type": kind, "coordinates": _lines(thing["arcs"], DEPTHS[kind], arcs)}
 
 
-def _lines(numbers: Any, depth: int, arcs: list[Line]) -> Any:
+def _lines(numbers: Any, depth: int, arcs: list[Positions]) -> Any:
     """Lines, or nested lists of them, along arcs by their numbers: k, or ~k for the reversed arc."""
     if depth > 0:
         return [_lines(some, depth - 1, arcs) for some in numbers]
-    line: Line = []
+    line: Positions = []
     for number in numbers:
         arc = arcs[number] if number >= 0 else arcs[~number][::-1]
         line += arc[1:] if line else arc

@@ -27,11 +27,11 @@ from bubblemesh.readers.features import (
 from bubblemesh.readers.rings.duplicates import without_copies
 from bubblemesh.readers.segments import split
 
-Row = tuple[int, list[float]]  # line and numbers
+NumberedRow = tuple[int, list[float]]  # line and numbers
 MOST_NAMED = 5  # segments in a note
 
 
-def _rows(path: Path) -> Iterator[Row]:
+def _rows(path: Path) -> Iterator[NumberedRow]:
     """The lines of a file that hold numbers, one after the other."""
     for number, line in enumerate(read_text(path).splitlines(), start=1):
         words = line.partition("#")[0].split()
@@ -42,7 +42,7 @@ def _rows(path: Path) -> Iterator[Row]:
                 raise CaseError(f"line {number}: not a row of numbers: {shown(line, 40)!r}") from None
 
 
-def _next(rows: Iterator[Row], columns: int, what: str) -> Row:
+def _next(rows: Iterator[NumberedRow], columns: int, what: str) -> NumberedRow:
     """The next row, which must have so many columns."""
     number, row = next(rows, (0, []))
     if len(row) < columns:
@@ -50,7 +50,7 @@ def _next(rows: Iterator[Row], columns: int, what: str) -> Row:
     return number, row
 
 
-def _head(rows: Iterator[Row], what: str) -> tuple[int, list[int]]:
+def _head(rows: Iterator[NumberedRow], what: str) -> tuple[int, list[int]]:
     """Number of rows in a section, and the further numbers in its first line."""
     line, numbers = _next(rows, 1, what)
     for number in numbers:
@@ -60,7 +60,7 @@ def _head(rows: Iterator[Row], what: str) -> tuple[int, list[int]]:
     return count, more
 
 
-def _section(rows: Iterator[Row], count: int, what: str) -> Iterator[Row]:
+def _section(rows: Iterator[NumberedRow], count: int, what: str) -> Iterator[NumberedRow]:
     """Rows of a section, each with three columns or more."""
     return (_next(rows, 3, what) for _ in range(count))
 
@@ -115,7 +115,7 @@ def read_nodes(path: Path) -> FeatureCollection:
     return FeatureCollection(tuple(features))
 
 
-def _segments(rows: Iterator[Row], vertices: dict[float, Point]) -> Iterator[CompoundCurve]:
+def _segments(rows: Iterator[NumberedRow], vertices: dict[float, Point]) -> Iterator[CompoundCurve]:
     """The curve of each segment with a length."""
     count, marked = _head(rows, "the number of segments")
     for line, (_, begin, end, *marker) in _section(rows, count, "a segment: its number and two vertices"):
@@ -135,7 +135,7 @@ def _named(segments: Sequence[CompoundCurve]) -> str:
     return f"{named} and {len(segments) - MOST_NAMED} more" if len(segments) > MOST_NAMED else named
 
 
-def _optional_section(rows: Iterator[Row], what: str) -> Iterator[Row]:
+def _optional_section(rows: Iterator[NumberedRow], what: str) -> Iterator[NumberedRow]:
     """Rows of a section that may be left out at the end of the file."""
     first = next(rows, None)
     if first is None:
@@ -161,7 +161,7 @@ def _vertices_beside(path: Path) -> dict[float, Point]:
         return _vertices(rows, *_head(rows, "the number of vertices"))
 
 
-def _vertices(rows: Iterator[Row], count: int, dimension: list[int]) -> dict[float, Point]:
+def _vertices(rows: Iterator[NumberedRow], count: int, dimension: list[int]) -> dict[float, Point]:
     """Vertices by their numbers."""
     if dimension and dimension[0] != 2:
         raise _not_plane(dimension[0])

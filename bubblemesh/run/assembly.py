@@ -23,7 +23,7 @@ from bubblemesh.problem.problem import Problem
 from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:
-    from bubblemesh.layers.joining import Joined
+    from bubblemesh.layers.joining import JoinedLayers
     from bubblemesh.layers.strips import Strips
     from bubblemesh.parts.pipeline import Parted
 
@@ -43,7 +43,7 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
     return replace(frame, triangles=triangles, regions=names, triangle_regions=region)
 
 
-def layered_mesh(joined: "Joined", domain: Domain, strips: "Strips") -> Mesh:
+def layered_mesh(joined: "JoinedLayers", domain: Domain, strips: "Strips") -> Mesh:
     """The mesh of a packing and of layers that are joined to it."""
     mesh, n = mesh_of(joined.net, domain), len(joined.net.bubbles)
     # A side of each triangle tells where it is among the sorted ones.
@@ -58,7 +58,7 @@ def layered_mesh(joined: "Joined", domain: Domain, strips: "Strips") -> Mesh:
     return replace(mesh, quads=row[joined.halves], curved_edges=edges[curved], curved_middles=middles[curved])
 
 
-def layer_of_triangles(mesh: Mesh, joined: "Joined", strips: "Strips") -> Floats:
+def layer_of_triangles(mesh: Mesh, joined: "JoinedLayers", strips: "Strips") -> Floats:
     """Number (t,) of the layer that each triangle of a mesh is in, from the wall on, 0 for those in none."""
     here = joined.number >= 0
     level = np.full(len(mesh.points), np.iinfo(np.int64).max - 1)  # of nodes that were put on fronts, too

@@ -11,7 +11,7 @@ from batches import SMALL, lines_of, rows_of
 from commands import command
 
 from bubblemesh import console
-from bubblemesh.batch.summary import Lines
+from bubblemesh.batch.summary import GrowingFile
 from bubblemesh.console import report
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the paths of open files are asked of Linux")
@@ -37,7 +37,7 @@ def steps(monkeypatch):
     monkeypatch.setattr(os, "fsync", noted("sync", opened, os.fsync))
     monkeypatch.setattr(os, "replace", noted("name", lambda old, new: new, os.replace))
     monkeypatch.setattr(Path, "replace", noted("name", lambda old, new: new, Path.replace))
-    monkeypatch.setattr(Lines, "append", noted("row", lambda lines, text: lines.path, Lines.append))
+    monkeypatch.setattr(GrowingFile, "append", noted("row", lambda lines, text: lines.path, GrowingFile.append))
     return done
 
 

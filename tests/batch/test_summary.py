@@ -27,7 +27,7 @@ from typer.testing import CliRunner
 
 from bubblemesh.batch import BatchOptions
 from bubblemesh.batch.folders import reserved
-from bubblemesh.batch.summary import Lines
+from bubblemesh.batch.summary import GrowingFile
 from bubblemesh.batch.worker import is_full
 from bubblemesh.cli import app
 from bubblemesh.errors import FileError
@@ -79,7 +79,7 @@ def test_a_summary_that_cannot_grow_ends_the_batch_with_whole_rows(cut, here, mo
 
 def test_an_interrupt_between_the_two_files_of_a_row_leaves_them_alike(here, monkeypatch):
     write(here, a=SMALL, b=SMALL)
-    append = Lines.append
+    append = GrowingFile.append
 
     def interrupted(lines, text):
         if lines.path.suffix == ".csv" and text.startswith("b,"):
@@ -87,7 +87,7 @@ def test_an_interrupt_between_the_two_files_of_a_row_leaves_them_alike(here, mon
             raise KeyboardInterrupt
         append(lines, text)
 
-    monkeypatch.setattr(Lines, "append", interrupted)
+    monkeypatch.setattr(GrowingFile, "append", interrupted)
     with pytest.raises(KeyboardInterrupt):
         events_of(str(here), workers=between(lambda: None), folder=str(here))
     assert [line["case"] for line in lines_of(here / "summary.jsonl")] == ["a", "b"]

@@ -9,7 +9,7 @@ from report_pages import NASTY, Elements
 
 from bubblemesh.meshes.histograms import histogram
 from bubblemesh.meshfiles.text import readable_json
-from bubblemesh.pages.charts import Line, histogram_chart, line_chart
+from bubblemesh.pages.charts import ChartLine, histogram_chart, line_chart
 from bubblemesh.pages.markup import Markup, from_template, html, linked_places, tag
 from bubblemesh.pages.scene import json_block
 
@@ -86,7 +86,7 @@ def test_bars_are_as_high_as_their_shares():
 @pytest.mark.parametrize("logarithmic", [False, True])
 def test_lines_go_through_their_points(logarithmic):
     points = [(0, 1e-4), (1, 1e-3), (2, 1e-2), (4, 1e-1)]
-    chart = Elements(line_chart("v", "step", [Line("a", points, True)], 1e-5, 1, logarithmic=logarithmic))
+    chart = Elements(line_chart("v", "step", [ChartLine("a", points, True)], 1e-5, 1, logarithmic=logarithmic))
     (line,) = chart.named("polyline")
     x, y = np.array([pair.split(",") for pair in line[1]["points"].split()], float).T
     assert np.allclose((x - x[0]) / (x[1] - x[0]), [0, 1, 2, 4], atol=0.01)

@@ -18,7 +18,7 @@ from bubblemesh.parts import seams
 from bubblemesh.parts.cuts import cut
 from bubblemesh.parts.division import divided
 from bubblemesh.parts.landings import Landings
-from bubblemesh.parts.periodic_sides import PeriodicSides
+from bubblemesh.parts.periodic_sides import CutPeriodicSides
 from bubblemesh.parts.pipeline import PER_PART, enough_parts
 from bubblemesh.parts.work import Deadline, alone
 from bubblemesh.problem.prepare import prepare
@@ -399,7 +399,7 @@ def test_the_same_place_on_curved_periodic_sides_is_told_from_one_beside_it():
     left = np.array([0.5 * np.cos(0.4), 0.5 + 0.5 * np.sin(0.4)])
     tangent = np.array([-np.sin(0.4), np.cos(0.4)])
     across = np.array([[-0.1, -0.03], [0.1, 0.03]])
-    sides = PeriodicSides.of(problem.domain, problem.packing_spacing).with_cut(left + across)
+    sides = CutPeriodicSides.of(problem.domain, problem.packing_spacing).with_cut(left + across)
     right = left + np.array([2, 0]) + np.array([[-0.1, 0.02], [0.1, -0.02]])
     assert sides.apart(right) == np.inf
     assert sides.apart(right + 0.01 * tangent) == pytest.approx(0.1, rel=0.02)

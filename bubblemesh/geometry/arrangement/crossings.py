@@ -21,7 +21,7 @@ ENDS = -0.5, 0.5  # of a chord, in its length from the middle
 SAGITTA = 0.02  # of a chord's length: bound for the distance of its curve
 
 
-class Cuts(NamedTuple):
+class CutPoints(NamedTuple):
     """Points (m, 2) at arc length s (m,) of pieces (m,)."""
 
     piece: Integers
@@ -75,7 +75,7 @@ def near_chords(boundary: Boundary, chords: ChordBoxes) -> NearChords:
     return NearChords(piece[i], piece[j], s[i] + step[i] / 2, s[j] + step[j] / 2, step[i], step[j])
 
 
-def crossings(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
+def crossings(boundary: Boundary, pairs: NearChords, size: float) -> CutPoints:
     """Cuts where the curves of chords cross."""
     p, q, a, b, step_a, step_b = pairs
     tolerance = TOUCHING * size
@@ -93,10 +93,10 @@ def crossings(boundary: Boundary, pairs: NearChords, size: float) -> Cuts:
     met &= np.abs(ahead) <= tolerance  # where curves touch, the steps halve only
     met &= between_ends(boundary, p, a, tolerance) & between_ends(boundary, q, b, tolerance)
     met &= (p != q) | (np.abs(a - b) > CONTACT_LENGTH * tolerance)
-    return Cuts(np.concatenate([p[met], q[met]]), np.concatenate([a[met], b[met]]), np.tile(points[met], (2, 1)))
+    return CutPoints(np.concatenate([p[met], q[met]]), np.concatenate([a[met], b[met]]), np.tile(points[met], (2, 1)))
 
 
-def touches(boundary: Boundary, pairs: NearChords, size: float, parts: InnerParts) -> Cuts:
+def touches(boundary: Boundary, pairs: NearChords, size: float, parts: InnerParts) -> CutPoints:
     """Cuts where the curves of chords touch with a common tangent; GeometryError where one passes the other next to it.
 
     An error is about the part of the case that gives the first such place.
@@ -131,7 +131,7 @@ def touches(boundary: Boundary, pairs: NearChords, size: float, parts: InnerPart
             )
     k = np.flatnonzero(opposite & (distance <= tolerance) & ~alike)
     points = boundary.points(p[k], a[k])
-    return Cuts(np.concatenate([p[k], q[k]]), np.concatenate([a[k], b[k]]), np.tile(points, (2, 1)))
+    return CutPoints(np.concatenate([p[k], q[k]]), np.concatenate([a[k], b[k]]), np.tile(points, (2, 1)))
 
 
 def _bend(boundary: Boundary, piece: Integers, middle: Floats, step: Floats) -> Floats:
@@ -155,14 +155,14 @@ def coincident(boundary: Boundary, pairs: NearChords, size: float) -> Booleans:
     return result
 
 
-def openings(boundary: Boundary, pairs: NearChords) -> Cuts:
+def openings(boundary: Boundary, pairs: NearChords) -> CutPoints:
     """A cut of both curves for each two closed ones that are the same, given by pairs of their chords."""
     closed = np.flatnonzero(boundary.closed[pairs.p] & boundary.closed[pairs.q])
     first = closed[np.unique(np.column_stack([pairs.p, pairs.q])[closed], axis=0, return_index=True)[1]]
     p, q, a = pairs.p[first], pairs.q[first], pairs.a[first]
     points = boundary.points(p, a)
     b = boundary.foot(points, q, pairs.b[first], NEWTON_STEPS, longest=2 * pairs.step_b[first])
-    return Cuts(np.concatenate([p, q]), np.concatenate([a, b]), np.tile(points, (2, 1)))
+    return CutPoints(np.concatenate([p, q]), np.concatenate([a, b]), np.tile(points, (2, 1)))
 
 
 def _is_on(boundary: Boundary, pairs: NearChords, share: float, size: float) -> Booleans:

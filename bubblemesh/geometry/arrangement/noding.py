@@ -11,7 +11,7 @@ from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
 from bubblemesh.geometry.arrangement.crossings import (
     NEWTON_STEPS,
     ChordBoxes,
-    Cuts,
+    CutPoints,
     between_ends,
     chord_boxes,
     coincident,
@@ -33,7 +33,7 @@ def noded(boundary: Boundary, size: float, fixed: int, parts: InnerParts) -> Bou
     not on it.
     """
     none = np.zeros(0, np.int64)
-    boundary = cut(boundary, Cuts(none, np.zeros(0), np.zeros((0, 2))), size, fixed)
+    boundary = cut(boundary, CutPoints(none, np.zeros(0), np.zeros((0, 2))), size, fixed)
     boundary = cut(boundary, _meetings(boundary, size, parts), size, fixed)
     chords = chord_boxes(boundary, size)
     boundary = cut(boundary, _corners_on_pieces(boundary, chords, size, fixed, parts), size, fixed)
@@ -41,7 +41,7 @@ def noded(boundary: Boundary, size: float, fixed: int, parts: InnerParts) -> Bou
     return boundary
 
 
-def _meetings(boundary: Boundary, size: float, parts: InnerParts) -> Cuts:
+def _meetings(boundary: Boundary, size: float, parts: InnerParts) -> CutPoints:
     """Cuts where inner pieces cross or touch other pieces or themselves, apart from their ends."""
     pairs = near_chords(boundary, chord_boxes(boundary, size))
     same = coincident(boundary, pairs, size)
@@ -50,7 +50,7 @@ def _meetings(boundary: Boundary, size: float, parts: InnerParts) -> Cuts:
     return concatenated(cuts)
 
 
-def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int, parts: InnerParts) -> Cuts:
+def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixed: int, parts: InnerParts) -> CutPoints:
     """Cuts where corners are on pieces between their ends, one of the two being inner; GeometryError if one is near."""
     corner, chord = chords.boxes.query(shapely.points(boundary.corners), predicate="intersects")
     piece = chords.piece[chord]
@@ -71,10 +71,10 @@ def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixe
                 f"the vertex at {vertex} is {distance[k]:.1g} away from the line at {beside}, next to it but not on "
                 "it: give them the same coordinates, or move them apart"
             )
-    return Cuts(piece[found], s[found], target[found])
+    return CutPoints(piece[found], s[found], target[found])
 
 
-def cut(boundary: Boundary, cuts: Cuts, size: float, fixed: int) -> Boundary:
+def cut(boundary: Boundary, cuts: CutPoints, size: float, fixed: int) -> Boundary:
     """The boundary with its pieces cut, at existing corners if there are any in these places."""
     count = len(boundary.corners)
     corners, number = _clustered(np.vstack([boundary.corners, cuts.points]), TOUCHING * size, fixed)

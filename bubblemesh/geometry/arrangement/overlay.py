@@ -21,7 +21,7 @@ from bubblemesh.geometry.arrangement.partition import probes, without_doubles
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import with_holes
-from bubblemesh.geometry.paths import Arc, Area, Curve, Line, OpenPath, Point, Ring, Section, Side, outlines
+from bubblemesh.geometry.paths import Arc, Area, Curve, CurveSection, Line, OpenPath, Point, Ring, Side, outlines
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.records import record
 
@@ -243,9 +243,9 @@ class _Assembly:
 
 def _part(curve: Curve, offset: float, length: float, whole: float) -> Curve:
     """The part of a curve, from ``offset`` on and ``length`` long; ``whole`` is the length of the curve."""
-    if isinstance(curve, Section):
+    if isinstance(curve, CurveSection):
         return curve._replace(offset=offset, length=length)
     if isinstance(curve, Arc):
         turn = curve.sweep / whole
         return curve._replace(angle=curve.angle + turn * offset, sweep=turn * length)
-    return Section(curve, offset, length, whole)
+    return CurveSection(curve, offset, length, whole)

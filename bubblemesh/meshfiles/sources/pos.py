@@ -22,7 +22,7 @@ END = re.compile(rb"\s*\}\s*;?\s*")
 CORNERS, COORDINATES = 3, 9
 
 
-class Element(NamedTuple):
+class ViewTriangle(NamedTuple):
     """A triangle of a view: its kind, and the texts of its coordinates and values."""
 
     kind: bytes
@@ -54,16 +54,16 @@ def read_pos(path: Path) -> Source:
     return Source(points, [triangles], {name: steps[:, -1].reshape(len(points), -1)}, notes=notes)
 
 
-def _elements(text: bytes, at: int) -> Iterator[Element]:
+def _elements(text: bytes, at: int) -> Iterator[ViewTriangle]:
     """Triangles of a view that begins at an index of the text; FileError, with the line, for other contents."""
-    first: Element | None = None
+    first: ViewTriangle | None = None
     while (end := END.match(text, at)) is None:
         item = ITEM.match(text, at)
         found = item or TIMES.match(text, at)
         if found is None:
             raise FileError(f"{_line(text, at)} is no element of a view, such as TT(...){{...}};, or it ends too early")
         if item is not None and item[1] not in NO_AREAS:
-            element = Element(*item.groups())
+            element = ViewTriangle(*item.groups())
             first = first or element
             try:
                 _check(element, first)
@@ -75,7 +75,7 @@ def _elements(text: bytes, at: int) -> Iterator[Element]:
         raise FileError(f"{_line(text, end.end())} follows after the view: give a file of one view")
 
 
-def _check(element: Element, first: Element) -> None:
+def _check(element: ViewTriangle, first: ViewTriangle) -> None:
     """Check that an element is a triangle like the first one."""
     kind = element.kind.decode()
     if element.kind not in COMPONENTS:

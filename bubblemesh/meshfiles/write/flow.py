@@ -17,7 +17,7 @@ from bubblemesh.meshfiles.groups import (
     plain_words,
 )
 from bubblemesh.meshfiles.text import lines, write_text
-from bubblemesh.meshfiles.write.gmsh import Block, msh_text
+from bubblemesh.meshfiles.write.gmsh import GroupedCells, msh_text
 
 LINE, CELLS = 3, {3: 5, 4: 9}  # VTK's numbers of the kinds of cells, in SU2's files, by the number of nodes
 SOLIDS = {"triangle": "wedge", "quad": "hexahedron"}
@@ -69,14 +69,14 @@ def write_openfoam(mesh: Mesh, fields: Fields, path: Path) -> None:
     height = float(np.sqrt(signed_areas(mesh.points, mesh.triangles).mean()))
     points = np.vstack([np.pad(mesh.points, ((0, 0), (0, 1)), constant_values=z) for z in (0.0, height)])
     kinds = [CELL_KINDS[cells.nodes.shape[1]] for cells in mesh.cells]
-    blocks = [Block("quad", np.hstack([mesh.facets, mesh.facets[:, ::-1] + n]), facet_ids(mesh))]
+    blocks = [GroupedCells("quad", np.hstack([mesh.facets, mesh.facets[:, ::-1] + n]), facet_ids(mesh))]
     for number, move, turn in ((front, n, 1), (back, 0, -1)):
         blocks += [
-            Block(kind, cells.nodes[:, ::turn] + move, np.full(len(cells.nodes), number))
+            GroupedCells(kind, cells.nodes[:, ::turn] + move, np.full(len(cells.nodes), number))
             for kind, cells in zip(kinds, mesh.cells, strict=True)
         ]
     blocks += [
-        Block(SOLIDS[kind], np.hstack([cells.nodes, cells.nodes + n]), cell_ids(mesh, cells))
+        GroupedCells(SOLIDS[kind], np.hstack([cells.nodes, cells.nodes + n]), cell_ids(mesh, cells))
         for kind, cells in zip(kinds, mesh.cells, strict=True)
     ]
     write_text(path, msh_text(points, blocks, [*groups, (FRONT, Group(front, 2)), (BACK, Group(back, 2))]))

@@ -36,7 +36,7 @@ Holders = Mapping[int, Sequence[int]]
 NO_HOLDERS: Holders = {}
 
 
-class Block(NamedTuple):
+class GroupedCells(NamedTuple):
     """Cells (m, k) of one kind and their group ids (m,), with their parts if the mesh has a partition."""
 
     kind: str
@@ -115,19 +115,19 @@ def write_words(mesh: Mesh, fields: Fields, path: Path) -> None:
 def write_boundary(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write triangles and boundary edges only: deal.II refuses inner edges, and does not use points."""
     blocks = [
-        Block("line", mesh.facets[mesh.outer], facet_ids(mesh)[mesh.outer]),
-        Block("triangle", mesh.triangles, region_ids(mesh)),
+        GroupedCells("line", mesh.facets[mesh.outer], facet_ids(mesh)[mesh.outer]),
+        GroupedCells("triangle", mesh.triangles, region_ids(mesh)),
     ]
     present = {int(number) for block in blocks for number in np.unique(block.ids)}
     groups = [(name, group) for name, group in group_names(mesh).items() if group.id in present]
     write_text(path, _plane_text(mesh, blocks, groups))
 
 
-def _plane_text(mesh: Mesh, blocks: Sequence[Block], groups: Sequence[tuple[str, Group]]) -> Iterator[str]:
+def _plane_text(mesh: Mesh, blocks: Sequence[GroupedCells], groups: Sequence[tuple[str, Group]]) -> Iterator[str]:
     return msh_text(np.pad(mesh.points, ((0, 0), (0, 1))), blocks, groups)
 
 
-def msh_text(points: Floats, blocks: Sequence[Block], groups: Sequence[tuple[str, Group]]) -> Iterator[str]:
+def msh_text(points: Floats, blocks: Sequence[GroupedCells], groups: Sequence[tuple[str, Group]]) -> Iterator[str]:
     """Text of a file with points (n, 3), blocks of cells and named groups."""
     yield "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
     yield from names_text(groups)
@@ -173,19 +173,19 @@ def periodic_text(
     yield "$EndPeriodic\n"
 
 
-def _blocks(mesh: Mesh, *, halo: bool = False) -> list[Block]:
+def _blocks(mesh: Mesh, *, halo: bool = False) -> list[GroupedCells]:
     """Labelled points, facets and cells; with ``halo``, cells also have the parts in which they are ghosts."""
     facets, triangles, holders = None, None, NO_HOLDERS
     if mesh.partition is not None:
         facets, triangles = cell_parts(mesh, mesh.partition)
         holders = ghost_holders(mesh.partition, mesh.cell_numbers) if halo else NO_HOLDERS
-    blocks = [Block(FACET_KINDS[mesh.facets.shape[1]], mesh.facets, facet_ids(mesh), facets)]
+    blocks = [GroupedCells(FACET_KINDS[mesh.facets.shape[1]], mesh.facets, facet_ids(mesh), facets)]
     before = 0
     for cells in mesh.cells:
         count, width = cells.nodes.shape
         mine = {cell - before: others for cell, others in holders.items() if before <= cell < before + count}
         parts = None if triangles is None else triangles[cells.triangles[:, 0]]
-        blocks.append(Block(CELL_KINDS[width], cells.nodes, cell_ids(mesh, cells), parts, mine))
+        blocks.append(GroupedCells(CELL_KINDS[width], cells.nodes, cell_ids(mesh, cells), parts, mine))
         before += count
     ids, ends = node_ids(mesh), ends_of_periodic_sides(mesh)
     nodes = np.append(mesh.labelled_nodes, ends)
@@ -193,7 +193,7 @@ def _blocks(mesh: Mesh, *, halo: bool = False) -> list[Block]:
         first = _id_of_ends(mesh)
         groups, entities = np.append(ids, np.full(len(ends), first)), np.append(ids, first + np.arange(len(ends)))
         parts = None if mesh.partition is None else mesh.partition.node_owner[nodes] + 1
-        blocks.insert(0, Block("vertex", nodes[:, None], groups, parts, entities=entities))
+        blocks.insert(0, GroupedCells("vertex", nodes[:, None], groups, parts, entities=entities))
     return blocks
 
 

@@ -27,7 +27,7 @@ ANY_GEOMETRY = "geometry: must be a shapely.Polygon, a MultiPolygon, a Domain or
 
 
 @record
-class Drawing:
+class ProgramRings:
     """Rings as a program gives them, what they are called, and whether they are followed as curves."""
 
     geometry: Geometry

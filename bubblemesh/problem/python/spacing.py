@@ -27,7 +27,7 @@ def spacing_of(spacing: SpacingLike, domain: Domain, others: Sequence[Value] = (
     """
     if isinstance(spacing, Mapping):
         return spacing_request(checked_terms(plain(spacing)), domain, others=others)
-    term: Term = _Checked(spacing) if callable(spacing) else _expression(spacing, domain)
+    term: Term = _CheckedFunction(spacing) if callable(spacing) else _expression(spacing, domain)
     return SpacingRequest(partial(_scaled, term))
 
 
@@ -52,7 +52,7 @@ def _expression(spacing: float | str, domain: Domain) -> Expression:
         raise CaseError(f"spacing: {error}") from None
 
 
-class _Checked:
+class _CheckedFunction:
     """A function of the user's that has to take and return arrays."""
 
     def __init__(self, function: Callable[[Floats, Floats], Any]) -> None:

@@ -6,7 +6,7 @@ from bubblemesh.case.domain import ShoreDomain
 from bubblemesh.problem.shoreline.box import Sea
 from bubblemesh.problem.shoreline.channels import without_narrow
 from bubblemesh.problem.shoreline.simplification import simplified
-from bubblemesh.problem.shoreline.thinning import Detail, SpacingAt
+from bubblemesh.problem.shoreline.thinning import ShoreDetail, SpacingAt
 
 
 def fitted(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
@@ -16,10 +16,10 @@ def fitted(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
         given = shapely.get_coordinates(sea.parts)
         sea = without_narrow(sea, spacing, shore.narrowest, shore.smallest or 0.0)
         # Of the arcs that close channels no more points stay than the spacing can show.
-        sea = sea._replace(parts=[simplified(part, sea.sides, Detail(spacing), given) for part in sea.parts])
+        sea = sea._replace(parts=[simplified(part, sea.sides, ShoreDetail(spacing), given) for part in sea.parts])
     if shore.detail is None:
         return sea
-    detail = Detail(spacing) if shore.detail == "auto" else Detail.of_length(shore.detail)
+    detail = ShoreDetail(spacing) if shore.detail == "auto" else ShoreDetail.of_length(shore.detail)
     parts = [simplified(part, sea.sides, detail) for part in sea.parts]
     before, after = (len(shapely.get_coordinates(which)) for which in (sea.parts, parts))
     if after == before:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.problem.shoreline.box import side_of_box
-from bubblemesh.problem.shoreline.thinning import Detail, thinned
+from bubblemesh.problem.shoreline.thinning import ShoreDetail, thinned
 
 HALVINGS = 8  # of the detail where rings cross; then all points stay there
 ATTEMPTS = 40  # until none does; after half of them they are whole rings that get more detail
@@ -16,7 +16,7 @@ NO_POINTS = np.zeros((0, 2))
 
 
 def simplified(
-    part: shapely.Polygon, sides: Sequence[Floats], detail: Detail, kept: Floats = NO_POINTS
+    part: shapely.Polygon, sides: Sequence[Floats], detail: ShoreDetail, kept: Floats = NO_POINTS
 ) -> shapely.Polygon:
     """A part of the sea with fewer points, but for those ``kept`` (k, 2) and those on the sides of the box.
 

@@ -14,7 +14,7 @@ SHORT = 0.5  # spacings: of points nearer to each other one is left out, where t
 SpacingAt = Callable[[Floats], Floats]
 
 
-class Detail(NamedTuple):
+class ShoreDetail(NamedTuple):
     """Detail of a shore that is left out: a tenth of a spacing aside, and points that are too near to each other."""
 
     spacing: SpacingAt

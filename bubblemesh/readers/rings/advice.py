@@ -17,7 +17,7 @@ MOST_LAYERS = 10  # that one message lists
 PLAIN = re.compile(r"(?!(true|false|yes|no|on|off|null|nan|inf|[yn])$)[^\W\d_][\w-]*( [\w-]+)*", re.IGNORECASE)
 
 
-class Outcome(NamedTuple):
+class JoinOutcome(NamedTuple):
     """Outcome of joining some features."""
 
     rings: int
@@ -36,7 +36,7 @@ class Outcome(NamedTuple):
         return (self.areas > 1) + (not self.sound)
 
 
-Trial = Callable[[Sequence[Feature], Joining], Outcome | None]  # outcome of features, None if they do not close
+JoinTrial = Callable[[Sequence[Feature], Joining], JoinOutcome | None]  # outcome of features, None if they do not close
 
 
 class _Way(NamedTuple):
@@ -46,7 +46,9 @@ class _Way(NamedTuple):
     rank: int
 
 
-def ways_out(used: Sequence[Feature], features: Sequence[Feature], joining: Joining, trial: Trial, whole: bool) -> str:
+def ways_out(
+    used: Sequence[Feature], features: Sequence[Feature], joining: Joining, trial: JoinTrial, whole: bool
+) -> str:
     """Advice on features whose curves do not close, with the advice that needs the fewest keys first.
 
     Parameters
@@ -75,7 +77,7 @@ def ways_out(used: Sequence[Feature], features: Sequence[Feature], joining: Join
     return f"{closing.text}; or {advice}" if simpler else f"{advice}; {closing.text}"
 
 
-def _other_joinings(used: Sequence[Feature], joining: Joining, trial: Trial) -> list[_Way]:
+def _other_joinings(used: Sequence[Feature], joining: Joining, trial: JoinTrial) -> list[_Way]:
     """Advice on keys of joining with which the features close."""
     width = _gap_to_close([curve for one in used for curve in one.curves], joining)
     ways = list[_Way]()
@@ -95,7 +97,7 @@ def _other_joinings(used: Sequence[Feature], joining: Joining, trial: Trial) -> 
     return ways
 
 
-def _left(found: Outcome) -> str:
+def _left(found: JoinOutcome) -> str:
     return f"{counted(found.rings, 'ring')} stay{'s' if found.rings == 1 else ''}"
 
 
@@ -117,7 +119,7 @@ def _gap_to_close(curves: Sequence[CompoundCurve], joining: Joining) -> str | No
     return just_above(float(narrow[last]))
 
 
-def _layers_that_close(features: Sequence[Feature], joining: Joining, trial: Trial) -> _Way | None:
+def _layers_that_close(features: Sequence[Feature], joining: Joining, trial: JoinTrial) -> _Way | None:
     """Advice that names the layers which bound areas by themselves, if there are several layers.
 
     It names layers that bound one area together, if necessary without the outermost ones.
@@ -146,7 +148,7 @@ def _layers_that_close(features: Sequence[Feature], joining: Joining, trial: Tri
     return _Way(advice, outcome.rank)
 
 
-def _features_that_close(features: Sequence[Feature], joining: Joining, trial: Trial) -> _Way | None:
+def _features_that_close(features: Sequence[Feature], joining: Joining, trial: JoinTrial) -> _Way | None:
     """Advice that names the features which bound areas by themselves, the widest of them first."""
     several = len(features) > 1
     tried = {k: trial([one], joining) for k, one in enumerate(features) if several and one.bounds}

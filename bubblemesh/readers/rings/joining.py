@@ -41,7 +41,7 @@ class Link(NamedTuple):
     end: int
 
 
-class Joined(NamedTuple):
+class JoinedRings(NamedTuple):
     """Rings of curves, notes on gaps that were closed and curves that were left out, and what was dropped."""
 
     rings: list[Ring]
@@ -49,7 +49,7 @@ class Joined(NamedTuple):
     slips: Slips
 
 
-def rings_of_curves(curves: Sequence[CompoundCurve], joining: Joining) -> Joined:
+def rings_of_curves(curves: Sequence[CompoundCurve], joining: Joining) -> JoinedRings:
     """Rings of the curves, without copies of curves.
 
     Ends that are near enough meet at their mean. GeometryError if an end meets no other end, or several.
@@ -58,7 +58,7 @@ def rings_of_curves(curves: Sequence[CompoundCurve], joining: Joining) -> Joined
     loops, notes = _closed(curves, joining)
     made = [_ring(loop) for loop in loops]
     dropped = (some for _, some in made)
-    return Joined([ring for ring, _ in made if ring is not None], notes, reduce(add, dropped, slips))
+    return JoinedRings([ring for ring, _ in made if ring is not None], notes, reduce(add, dropped, slips))
 
 
 def _closed(curves: Sequence[CompoundCurve], joining: Joining) -> tuple[list[list[CompoundCurve]], list[str]]:

@@ -11,20 +11,20 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import Shapes, polygons_of
-from bubblemesh.geometry.paths import Change, Line, Ring, Side, as_point
+from bubblemesh.geometry.paths import Line, Ring, RingChange, Side, as_point
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.repair import THIN
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
-from bubblemesh.readers.rings.joining import Joined, Joining, rings_of_curves
+from bubblemesh.readers.rings.joining import JoinedRings, Joining, rings_of_curves
 from bubblemesh.readers.slips import Slips
 
 MOST_LOOSE = 0.1  # of the length of all lines: so much may be left out as loose
 OVER = 1e-9  # of the gap: so far an end is extended beyond the line that it meets
 
 
-def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> Joined:
+def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> JoinedRings:
     """Rings of the curves; if they do not close, the rings around all areas that their polygonal copies enclose.
 
     Ends that are near enough to another line are extended to it. Rings that are not connected may be nested.
@@ -46,12 +46,14 @@ def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> Join
     chords = shapely.STRtree(shapely.linestrings(ends))
     labels = [label for _, some in copies for label in some]
     made = [_ring(points, chords, labels, curves[0].name) for points in enclosed]
-    told = [Change("lines that do not close cut where they cross, and closed", as_point(enclosed[0][0]), 0.0, ())]
+    told = [RingChange("lines that do not close cut where they cross, and closed", as_point(enclosed[0][0]), 0.0, ())]
     if len(loose):
         longest = max(loose, key=shapely.length)
         before = tuple(shapely.get_coordinates(line) for line in loose)
-        told.append(Change(f"{counted(len(loose), 'loose line')} left out", as_point(longest.coords[0]), 0.0, before))
-    return Joined([replace(made[0], changes=tuple(told)), *made[1:]], [], Slips())
+        told.append(
+            RingChange(f"{counted(len(loose), 'loose line')} left out", as_point(longest.coords[0]), 0.0, before)
+        )
+    return JoinedRings([replace(made[0], changes=tuple(told)), *made[1:]], [], Slips())
 
 
 def _copy(curve: CompoundCurve) -> tuple[Floats, list[str | None]]:

@@ -23,7 +23,7 @@ MOST_CROSSINGS = 20_000  # of subpaths: a few seconds
 BATCH = 100  # chords in a block, to bound the memory
 
 
-class Filled(NamedTuple):
+class FilledShape(NamedTuple):
     """Outlines of a filled shape: loops as they are, or rings made of them, and notes on changes."""
 
     loops: list[CompoundCurve]
@@ -31,7 +31,7 @@ class Filled(NamedTuple):
     notes: tuple[str, ...]
 
 
-def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
+def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> FilledShape:
     """Outlines of a shape that loops fill by a rule; inner loops may be holes.
 
     By ``evenodd``, points within an odd number of loops are filled; by ``nonzero``, points whose winding number is not
@@ -43,7 +43,9 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
         kept = _bounding(shapes, rule)
         dropped = len(loops) - int(kept.sum())
         what = f"{counted(dropped, 'subpath')} within what is filled left out, by fill-rule nonzero"
-        return Filled([loop for loop, keep in zip(loops, kept, strict=True) if keep], [], (what,) if dropped else ())
+        return FilledShape(
+            [loop for loop, keep in zip(loops, kept, strict=True) if keep], [], (what,) if dropped else ()
+        )
     _require_few_crossings(copies, loops[0].name)
     bounding = [loop for loop, points in zip(loops, copies, strict=True) if np.ptp(points, axis=0).any()]
     straight = ""
@@ -53,10 +55,10 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> Filled:
         areas = _enclosed_by_chords(copies, rule, loops[0].pieces[0].label)
         straight = f" of straight lines, since {error}"
     if not areas:
-        return Filled([], [], (f"{counted(len(loops), 'subpath')} without an area left out",))
+        return FilledShape([], [], (f"{counted(len(loops), 'subpath')} without an area left out",))
     made = [replace(ring, origin=loops[0].name) for area in areas for ring in area.rings]
     rims = counted(len(made), "ring")
-    return Filled(
+    return FilledShape(
         [], made, (f"subpaths that cross are united by fill-rule {rule}: what they bound is {rims}{straight}",)
     )
 

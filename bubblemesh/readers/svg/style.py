@@ -17,14 +17,14 @@ RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
 PART = re.compile(r"([.#]?)([\w-]+|\*)")
 COMPOUND = re.compile(r"(?:[.#]?[\w-]+|\*)(?:[.#][\w-]+)*")
 
-Style = dict[str, str]
+StyleKeys = dict[str, str]
 
 
 class Declared(NamedTuple):
     """Declarations of a rule or a style, and those marked as important."""
 
-    usual: Style
-    important: Style
+    usual: StyleKeys
+    important: StyleKeys
 
 
 @record
@@ -59,9 +59,9 @@ class StyleSheet:
                     sheet.rules.setdefault(min(steps[-1]), []).append(_Rule(steps, weight, declared))
         return sheet
 
-    def style(self, element: Element, around: Sequence[Element], inherited: Mapping[str, str]) -> Style:
+    def style(self, element: Element, around: Sequence[Element], inherited: Mapping[str, str]) -> StyleKeys:
         """Style of an element within the elements ``around`` it, the outermost first."""
-        found: Style = {key: inherited[key] for key in INHERITED if key in inherited}
+        found: StyleKeys = {key: inherited[key] for key in INHERITED if key in inherited}
         given = {key: element.attributes[key].strip() for key in (*INHERITED, *OWN) if key in element.attributes}
         names = _names(element)
         rules = [rule for name in ("*", *names) for rule in self.rules.get(name, ()) if rule.steps[-1] <= names | {"*"}]
@@ -92,7 +92,7 @@ def _is_within(steps: Sequence[frozenset[str]], around: Sequence[Element]) -> bo
 
 
 def _declared(body: str) -> Declared:
-    usual, important = Style(), Style()
+    usual, important = StyleKeys(), StyleKeys()
     for key, _, value in (part.partition(":") for part in body.split(";")):
         name, plain = key.strip().lower(), IMPORTANT.sub("", value).strip()
         if name in (*INHERITED, *OWN, *CSS) and plain:

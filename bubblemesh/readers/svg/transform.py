@@ -9,7 +9,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.messages import shown
 from bubblemesh.readers.svg.curves import PIXELS, Size
 from bubblemesh.readers.svg.source import LENGTH, NUMBER, Element
-from bubblemesh.readers.svg.style import Style
+from bubblemesh.readers.svg.style import StyleKeys
 
 MOVES = ("translate", "rotate", "scale")  # properties of CSS that come before its transform, in this order
 SIDES = {"left": "0%", "top": "0%", "center": "50%", "right": "100%", "bottom": "100%"}
@@ -33,7 +33,7 @@ FUNCTIONS = (
 READ = re.compile(rf"\s*(?:(?:{'|'.join(FUNCTIONS)})\s*)*")  # of CSS; browsers skip one with numbers without units
 
 
-def transform_of(element: Element, style: Style, around: Sequence[Element], size: Size) -> str:
+def transform_of(element: Element, style: StyleKeys, around: Sequence[Element], size: Size) -> str:
     """The transform of an element with its style, in the syntax of the attribute; empty if there is none.
 
     ``size`` is that of the drawing, ``around`` the elements around this one. CaseError for a transform of CSS that

@@ -16,7 +16,7 @@ from bubblemesh.readers.features import Clip
 from bubblemesh.readers.svg.clips import Stencil, clip_of
 from bubblemesh.readers.svg.curves import PIXELS, SHAPES, Size, curves_of, path_of
 from bubblemesh.readers.svg.source import HREFS, MOST_ELEMENTS, UNDRAWN, Element, too_much_clipping, view_box
-from bubblemesh.readers.svg.style import Style, StyleSheet, is_out_of_sight
+from bubblemesh.readers.svg.style import StyleKeys, StyleSheet, is_out_of_sight
 from bubblemesh.readers.svg.transform import transform_of
 from bubblemesh.records import record
 
@@ -38,7 +38,7 @@ class Around:
 
     elements: tuple[Element, ...] = ()
     transform: str = ""
-    style: Style = field(default_factory=dict)
+    style: StyleKeys = field(default_factory=dict)
     layer: str | None = None  # name of the innermost layer or group that has one
     label: str | None = None  # of a use
     hidden: bool = False
@@ -248,7 +248,7 @@ def _within(drawing: Drawing, group: Element, here: Around) -> Iterator[Drawn]:
             yield from shapes(drawing, child, here)
 
 
-def _in_viewport(drawing: Drawing, element: Element, sized: Element, style: Style, here: Around) -> Around:
+def _in_viewport(drawing: Drawing, element: Element, sized: Element, style: StyleKeys, here: Around) -> Around:
     """Context for the content of a nested drawing or a symbol with a style, clipped to its box.
 
     ``sized`` is the element with its width and height, if they are given.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, contained, different, each_once, taken
-from bubblemesh.kernels.lookup import MASKS, SHIFTS, Cells, ranks
+from bubblemesh.kernels.lookup import MASKS, SHIFTS, SquareCells, ranks
 from bubblemesh.records import record
 
 GRID_LEVELS = 30
@@ -80,9 +80,9 @@ class Quadtree:
         return self._points(self.column_row) + self.sides[:, None] / 2
 
     @cached_property
-    def cells(self) -> Cells:
+    def cells(self) -> SquareCells:
         """The cells as kernels take them."""
-        return Cells(self.low, self.size, 2**GRID_LEVELS, self.key, self.column_row, self.sides)
+        return SquareCells(self.low, self.size, 2**GRID_LEVELS, self.key, self.column_row, self.sides)
 
     def corners(self, cells: Integers) -> Floats:
         """Corners (k, 4, 2) of some cells, to the last bit the same for all cells that share them."""

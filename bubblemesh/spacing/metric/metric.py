@@ -13,7 +13,7 @@ from bubblemesh.meshes.tensors import Axes, require_positive_definite
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
-Ellipses = Callable[[Floats, Floats], Axes]  # at the coordinates x (n,) and y (n,)
+EllipsesAt = Callable[[Floats, Floats], Axes]  # at the coordinates x (n,) and y (n,)
 
 STRAIGHT = 2.0**0.5  # in the metric of its ends: the most that a straight edge along an ellipse may measure
 ROUND = 1.2  # aspect up to which an ellipse is as good as a circle
@@ -25,7 +25,7 @@ CORRECTIONS = 2  # of the length of such an edge
 class AreaSizes:
     """Diameters of circles of the same area as ellipses; NaN where these are none."""
 
-    ellipses: Ellipses
+    ellipses: EllipsesAt
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Diameters (n,) at x (n,) and y (n,)."""
@@ -40,12 +40,12 @@ class MetricSpacing(Spacing):
     nodes follow. Between the ends of an edge, and along a boundary, it is that in their direction.
     """
 
-    ellipses: Ellipses = field(kw_only=True)
+    ellipses: EllipsesAt = field(kw_only=True)
     aspect: float = field(default=1.0, kw_only=True)  # of the longest ellipse in the domain
     bent: "MetricSpacing | None" = field(default=None, kw_only=True)  # the metric that this one straightens
 
     @classmethod
-    def of(cls, ellipses: Ellipses, aspect: float = 1.0, bent: "MetricSpacing | None" = None) -> "MetricSpacing":
+    def of(cls, ellipses: EllipsesAt, aspect: float = 1.0, bent: "MetricSpacing | None" = None) -> "MetricSpacing":
         """The spacing of a metric; ``aspect`` is that of its longest ellipse in a domain."""
         return cls(AreaSizes(ellipses), keys=_metric, ellipses=ellipses, aspect=aspect, bent=bent)
 

@@ -9,7 +9,7 @@ from bubblemesh.arrays import Floats, turned_left
 from bubblemesh.kernels.tensors import lengths
 from bubblemesh.meshes.tensors import Axes, axes, intersections, of_axes
 from bubblemesh.records import record
-from bubblemesh.spacing.metric.metric import Ellipses
+from bubblemesh.spacing.metric.metric import EllipsesAt
 from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ class BesideEdges:
     along the short axis does not make the long one as short as itself.
     """
 
-    ellipses: Ellipses
+    ellipses: EllipsesAt
     limit: Spacing
     edges: Floats  # (k, 2, 2): their ends
 

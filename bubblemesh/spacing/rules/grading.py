@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, each_once, least_of_rows, taken
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.lookup import Cells, interpolated, ranks
+from bubblemesh.kernels.lookup import SquareCells, interpolated, ranks
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
@@ -74,7 +74,7 @@ class LimitedSpacing:
 class Limit:
     """Upper limit of a spacing on a background grid."""
 
-    cells: Cells
+    cells: SquareCells
     vertices: Integers  # (n, 4): at the corners of the cells, -1 in those without a limit
     values: Floats  # (v,): at the vertices
 

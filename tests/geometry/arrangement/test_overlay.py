@@ -8,7 +8,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.paths import Arc, Area, Ellipse, Section, Spline
+from bubblemesh.geometry.paths import Arc, Area, CurveSection, Ellipse, Spline
 from bubblemesh.geometry.rings import ArcTo, LineTo, SplineTo
 from bubblemesh.geometry.similarity import Similarity
 
@@ -123,7 +123,7 @@ def test_parts_of_ellipses_and_splines_are_sections_of_the_same_curve():
     ellipse = rings.ellipse((1, 1), (1.5, 0.5), 20, "e")
     one, two = overlaid("minus", [box(0, 0, 2, 2, label="a"), [Area(ellipse)]])
     for area in (one, two):
-        (section,) = [side.curve for side in area.outer.sides if isinstance(side.curve, Section)]
+        (section,) = [side.curve for side in area.outer.sides if isinstance(side.curve, CurveSection)]
         assert section.curve in (ellipse.sides[0].curve, ellipse.sides[0].curve.reversed())
         assert isinstance(section.curve, Ellipse)
     corner = disc((0.1, 0.5), 0.2)
