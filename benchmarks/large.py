@@ -32,7 +32,7 @@ from benchmarks.dask_workers import dask_workers
 from benchmarks.peers.machine import machine
 from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.parts.cuts import cut
+from bubblemesh.parts.cuts import find_cuts
 from bubblemesh.parts.pipeline import enough_parts
 from bubblemesh.problem.prepare import prepare
 
@@ -168,7 +168,7 @@ def beside_cuts(path: Path, run: Run) -> dict[str, tuple[float, float]]:
     """Mean quality and first percentile of the triangles beside the cuts, and of those away from them."""
     problem = prepare(load_case(path))
     parts = report_in(run.folder)["parts"]["number"]
-    cuts = cut(problem.domain, problem.packing_spacing, problem.expected_nodes, parts)
+    cuts = find_cuts(problem.domain, problem.packing_spacing, problem.expected_nodes, parts)
     lines = shapely.union_all(shapely.linestrings([line.vertices for line in cuts.lines]))
     shapely.prepare(lines)
     with h5py.File(run.folder / "large.h5") as file:

@@ -9,7 +9,7 @@ from typing import Any
 from bubblemesh.case.data_terms import DataTerms
 from bubblemesh.case.fields import is_file_name
 from bubblemesh.case.parameters import literal
-from bubblemesh.case.yaml import Document, read_document, read_text
+from bubblemesh.case.yaml import Document, read_case_text, read_document
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.records import record
 
@@ -51,7 +51,7 @@ def source_files(path: Path, source: str, text: str) -> list[SourceFile]:
             raise CaseError(f"{place}: {path} extends itself: remove one of the bases")
         seen.append(realpath(path))
         with prefixed(place):
-            text = read_text(path)
+            text = read_case_text(path)
         files.insert(0, SourceFile(str(path), document_of(text, str(path)), path.parent))
     return files
 

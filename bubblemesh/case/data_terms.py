@@ -11,12 +11,12 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import InputFile, Number, Positive, Strict, Text, filled, listed
+from bubblemesh.case.fields import InputFile, Number, Positive, Strict, Text, list_of, not_empty
 
 Model = TypeVar("Model")
 
 OneOrMore = Annotated[
-    Annotated[Model, Tag("<one>")] | Annotated[tuple[Model, ...], BeforeValidator(filled), Tag("<several>")],
+    Annotated[Model, Tag("<one>")] | Annotated[tuple[Model, ...], BeforeValidator(not_empty), Tag("<several>")],
     Discriminator(lambda value: "<several>" if isinstance(value, list | tuple) else "<one>"),
 ]
 
@@ -32,10 +32,10 @@ def _ordered(bounds: Corners) -> Corners:
 
 ValueBounds = Annotated[
     tuple[Number, Number, Number, Number],
-    listed(4, "the numbers [x0, y0, x1, y1] of the lower left and upper right corners"),
+    list_of(4, "the numbers [x0, y0, x1, y1] of the lower left and upper right corners"),
     AfterValidator(_ordered),
 ]
-Sample = Annotated[tuple[Number, Number, Positive], listed(3, "a point with its spacing, [x, y, d]")]
+Sample = Annotated[tuple[Number, Number, Positive], list_of(3, "a point with its spacing, [x, y, d]")]
 
 
 class DataTerm(Strict):
@@ -111,7 +111,7 @@ class ScatteredTerm(Tabulated):
     file: InputFile | None = Field(
         default=None, description="Name of a table with the columns x, y and d, relative to the case file."
     )
-    points: Annotated[tuple[Sample, ...], BeforeValidator(filled)] | None = Field(
+    points: Annotated[tuple[Sample, ...], BeforeValidator(not_empty)] | None = Field(
         default=None, description="Points with their spacings, [x, y, d]."
     )
 

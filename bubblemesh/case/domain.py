@@ -6,7 +6,7 @@ from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.data_terms import ValueBounds
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, PositiveArea, Strict, Text, filled, listed
+from bubblemesh.case.fields import Choice, Label, OneLabel, PositiveArea, Strict, Text, list_of, not_empty
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.lines_and_points import LineKeys, PointKeys
 from bubblemesh.case.repair import RepairKeys
@@ -14,7 +14,7 @@ from bubblemesh.case.shapes import RingKeys
 from bubblemesh.case.shoreline import ShorelineKeys
 from bubblemesh.case.spacing import SpacingValue
 
-SidePair = Annotated[tuple[Label, Label], listed(2, "a pair of labels")]
+SidePair = Annotated[tuple[Label, Label], list_of(2, "a pair of labels")]
 
 
 class RegionKeys(DrawnKeys):
@@ -66,7 +66,7 @@ class InnerKeys(Strict):
 
 
 Outer = Annotated[
-    Annotated[RingKeys, Tag("<ring>")] | Annotated[tuple[RingKeys, ...], BeforeValidator(filled), Tag("<rings>")],
+    Annotated[RingKeys, Tag("<ring>")] | Annotated[tuple[RingKeys, ...], BeforeValidator(not_empty), Tag("<rings>")],
     Discriminator(lambda value: "<rings>" if isinstance(value, list | tuple) else "<ring>"),
 ]
 

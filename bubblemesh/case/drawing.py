@@ -24,7 +24,7 @@ from bubblemesh.case.fields import (
     Positive,
     Strict,
     as_expression,
-    listed,
+    list_of,
 )
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
@@ -59,7 +59,7 @@ Condition = Annotated[
 class GridKeys(Strict):
     """Copies in columns and rows."""
 
-    grid: Annotated[tuple[Copies, Copies], listed(2, "the numbers [nx, ny] of columns and rows")] = Field(
+    grid: Annotated[tuple[Copies, Copies], list_of(2, "the numbers [nx, ny] of columns and rows")] = Field(
         description="Numbers [nx, ny] of columns and rows."
     )
     step: Point = Field(description="Distances [dx, dy] from column to column and from row to row.")

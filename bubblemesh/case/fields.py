@@ -98,7 +98,7 @@ def _keys(value: Any) -> Any:
     return type(value).model_fields if isinstance(value, BaseModel) else value
 
 
-def listed(count: int, what: str) -> BeforeValidator:
+def list_of(count: int, what: str) -> BeforeValidator:
     """Check for a list of ``count`` entries, with a message on the whole list."""
 
     def check(value: Any) -> Any:
@@ -109,7 +109,7 @@ def listed(count: int, what: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def filled(value: Any) -> Any:
+def not_empty(value: Any) -> Any:
     """Check that a list is not empty; Pydantic's own check would count the valid entries only."""
     if isinstance(value, list | tuple) and not value:
         raise PydanticCustomError("empty", "must have at least one entry")
@@ -228,7 +228,7 @@ _Copies = Annotated[int, Field(strict=True, ge=1, le=MOST_COPIES)]
 Copies = Annotated[
     _Copies, BeforeValidator(_whole), BeforeValidator(_length, json_schema_input_type=_Copies | str), Once()
 ]
-Point = Annotated[tuple[Number, Number], listed(2, "a point [x, y]"), Once()]
+Point = Annotated[tuple[Number, Number], list_of(2, "a point [x, y]"), Once()]
 
 # A text may name parameters in braces. Cases that are not from a file have no parameters: texts stay as they are.
 Text = Annotated[str, BeforeValidator(_with_parameters), Once()]

@@ -120,7 +120,7 @@ def advice_on(key: str, loc: Sequence[str | int], model: Model) -> Advice:
 
     The same key elsewhere is preferred to a similar key here; a very similar key elsewhere comes last.
     """
-    own, path = model_at(model, loc), path_of(loc)
+    own, path = model_at(model, loc), keys_of_location(loc)
     known = keys_of(own) if own else []
     close = closest(key, known)
     here = [] if close is None else [close]
@@ -167,19 +167,19 @@ def _listed(places: Sequence[Home], here: KeyPath, model: Model) -> str:
     return either(shown[:MOST_SHOWN])
 
 
-def path_of(loc: Sequence[str | int]) -> KeyPath:
+def keys_of_location(loc: Sequence[str | int]) -> KeyPath:
     """Keys of a location, without indices of lists and marks."""
     return tuple(part for part in loc if isinstance(part, str) and not is_mark(part))
 
 
 def strange_keys(keys: Iterable[str], loc: Sequence[str | int], model: Model) -> list[str]:
     """The keys that no kind of mapping at a location has."""
-    path, table = path_of(loc), homes(model)
+    path, table = keys_of_location(loc), homes(model)
     return [key for key in keys if all(place.path != path for place in table.get(key, ()))]
 
 
 def homes_below(keys: Sequence[str], loc: Sequence[str | int], model: Model) -> list[str]:
     """Keys of the mapping at a location whose values may have all of the given keys."""
-    path, table = path_of(loc), homes(model)
+    path, table = keys_of_location(loc), homes(model)
     fitting = [[place.path[-1] for place in table.get(key, ()) if place.path[:-1] == path] for key in keys]
     return [one for one in dict.fromkeys(fitting[0]) if all(one in others for others in fitting)] if fitting else []

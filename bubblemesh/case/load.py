@@ -16,8 +16,8 @@ from bubblemesh.case.key_homes import home_of_no_option
 from bubblemesh.case.models import UNTRUSTED, Case
 from bubblemesh.case.overrides import Override, applied, overrides_of
 from bubblemesh.case.parameters import literal, no_use, resolved
-from bubblemesh.case.sweep import ALONE, SweepError, Variant, path_of, variants_of
-from bubblemesh.case.yaml import read_text, value_ahead
+from bubblemesh.case.sweep import ALONE, SweepError, Variant, key_parts, variants_of
+from bubblemesh.case.yaml import read_case_text, value_ahead
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import confined_to
 from bubblemesh.process.limits import allow, within
@@ -90,7 +90,7 @@ def _loaded(
             places.message(["sweep"], "makes several cases of this file: mesh them with bubblemesh batch, or remove it")
         )
     for key, value in (variant or ALONE).values:
-        change = Override(path_of(key), value, places(["sweep", key]), f"sweep.{key}")
+        change = Override(key_parts(key), value, places(["sweep", key]), f"sweep.{key}")
         data, places = applied(data, change), replace(places, changes=[*places.changes, change])
     if data.get("name") is None:
         data["name"] = "mesh" if str(path) == "-" else literal(path.stem)
@@ -123,11 +123,11 @@ def case_variants(
     data, places = _in_time(path, changes, root, lambda begun: _read(path, text, changes, root))
     variants = variants_of(data.get("sweep"), places)
     for key, _ in variants[0].values:
-        if problem := _no_use(path_of(key), data):
+        if problem := _no_use(key_parts(key), data):
             raise CaseError(f"{places(['sweep', key])}: sweep.{key}: {problem}")
     for key, _ in variants[0].values:
         for change in places.changes:
-            if change.covers(path_of(key)) or change.leads_through(path_of(key)):
+            if change.covers(key_parts(key)) or change.leads_through(key_parts(key)):
                 raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
     return [replace(variant, files=tuple(places.files)) for variant in variants]
 
@@ -199,7 +199,7 @@ def _read(
             raise CaseError(f"{change.source}: the base is what the case file names: write it there")
     if root is not None or not files:
         with confined_to(root):
-            text = read_text(path) if text is None else text
+            text = read_case_text(path) if text is None else text
             allow(_seconds_ahead(text, changes, root))
             files = source_files(path, source, text)
     data: Any = merged(files)

@@ -35,7 +35,7 @@ from bubblemesh.case.fields import (
     PositiveArea,
     Strict,
     Text,
-    filled,
+    not_empty,
 )
 from bubblemesh.case.layers import LayerKeys
 from bubblemesh.case.metric import AnyMetric
@@ -197,7 +197,7 @@ class Case(Strict):
         default=None,
         description="Spacing that depends on the direction, below that of the case, or a list: packed by ellipses.",
     )
-    layers: Annotated[tuple[LayerKeys, ...], BeforeValidator(filled)] | None = Field(
+    layers: Annotated[tuple[LayerKeys, ...], BeforeValidator(not_empty)] | None = Field(
         default=None, description="Boundary layers: thin cells along walls, a list with an entry for each kind."
     )
     angle_min: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=30)] | None = Field(

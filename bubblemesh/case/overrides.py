@@ -48,7 +48,7 @@ def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> 
     Raises
     ------
     CaseError
-        If the settings are not a list of texts, but for instance a single text, or one cannot be `parsed`.
+        If the settings are not a list of texts, but for instance a single text, or one cannot be `parsed_override`.
     TypeError
         If an option is unknown.
     """
@@ -65,7 +65,7 @@ def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> 
     if unknown:
         raise TypeError(f"no option of a case: {', '.join(sorted(unknown))} (there are: {', '.join(OPTIONS)})")
     named = [Override(OPTIONS[name], value, flag(name)) for name, value in options.items() if value is not None]
-    return [*(parsed(one) if isinstance(one, str) else one for one in settings), *named]
+    return [*(parsed_override(one) if isinstance(one, str) else one for one in settings), *named]
 
 
 def flag(option: str) -> str:
@@ -73,7 +73,7 @@ def flag(option: str) -> str:
     return f"--{option.replace('_', '-')}"
 
 
-def parsed(option: str) -> Override:
+def parsed_override(option: str) -> Override:
     """Override of a text ``a.b=value`` with a value in YAML; numbers are indices of lists; else CaseError."""
     keys, equals, text = option.partition("=")
     if not equals:

@@ -16,8 +16,8 @@ from bubblemesh.case.fields import (
     Positive,
     Strict,
     described,
-    filled,
-    listed,
+    list_of,
+    not_empty,
 )
 from bubblemesh.case.geometry_files import FollowedKeys, GeometryFile
 from bubblemesh.case.repair import RepairKeys
@@ -48,7 +48,7 @@ class ArcPiece(Strict):
 class SplineKeys(Strict):
     """Measures of a spline."""
 
-    through: Annotated[tuple[Point, ...], BeforeValidator(filled)] = Field(
+    through: Annotated[tuple[Point, ...], BeforeValidator(not_empty)] = Field(
         description="Points [x, y] that the spline passes; the last is its end.", json_schema_extra={"minItems": 1}
     )
 
@@ -91,7 +91,7 @@ PathEntry = Annotated[
 class PathLine(DrawnKeys):
     """A line of straight and curved pieces."""
 
-    path: Annotated[tuple[PathEntry, ...], BeforeValidator(_starting_at_point), BeforeValidator(filled)] = Field(
+    path: Annotated[tuple[PathEntry, ...], BeforeValidator(_starting_at_point), BeforeValidator(not_empty)] = Field(
         description="A point, then points, lines, arcs and splines; a ring closes by itself.",
         json_schema_extra={"minItems": 1},
     )
@@ -142,7 +142,7 @@ class RectangleRing(DrawnKeys):
     """A rectangle with sides along the axes."""
 
     rectangle: Annotated[
-        tuple[Number, Number, Number, Number], listed(4, "the numbers [x0, y0, x1, y1] of two opposite corners")
+        tuple[Number, Number, Number, Number], list_of(4, "the numbers [x0, y0, x1, y1] of two opposite corners")
     ] = Field(description="Two opposite corners as [x0, y0, x1, y1]; its sides are bottom, right, top and left.")
     label: OneLabel = None
     labels: SideLabels = None
@@ -166,7 +166,7 @@ class EllipseKeys(Strict):
     """Measures of an ellipse."""
 
     center: Point = Field(description="Center [x, y].")
-    radii: Annotated[tuple[Positive, Positive], listed(2, "two positive numbers")] = Field(
+    radii: Annotated[tuple[Positive, Positive], list_of(2, "two positive numbers")] = Field(
         description="Lengths of the two half axes."
     )
     angle: Number = Field(default=0.0, description="Angle from the x axis to the first half axis, in degrees.")
@@ -184,7 +184,9 @@ class FileRing(GeometryFile):
 
 
 Operands = Annotated[
-    tuple["RingKeys", ...], BeforeValidator(filled), Field(json_schema_extra={"minItems": 1})  # checked by `filled`
+    tuple["RingKeys", ...],
+    BeforeValidator(not_empty),
+    Field(json_schema_extra={"minItems": 1}),  # checked by `not_empty`
 ]
 
 

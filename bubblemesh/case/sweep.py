@@ -68,7 +68,7 @@ def variants_of(sweep: Any, place: PlaceOf) -> list[Variant]:
     return list(_combinations(lists))
 
 
-def path_of(key: str) -> tuple[str, ...]:
+def key_parts(key: str) -> tuple[str, ...]:
     """The parts of a key such as ``packing.w2``."""
     return tuple(part.strip() for part in key.split("."))
 
@@ -85,7 +85,7 @@ def _require_apart(keys: Sequence[str], place: PlaceOf) -> None:
 
 def _numbered(key: str) -> list[str | int]:
     """The parts of a key, with integers for indices of lists, as 0 and 00 are the same."""
-    return [int(part) if part.isascii() and part.isdigit() else part for part in path_of(key)]
+    return [int(part) if part.isascii() and part.isdigit() else part for part in key_parts(key)]
 
 
 def _example(sweep: object) -> str:
@@ -131,9 +131,9 @@ def _problem(key: str, values: Any) -> str | None:
         return f"must be a list of values, or a range: write the key in one word, {key}.{inner}: [...]"
     if not isinstance(values, list) or not values:
         return f"must be a list of values (found {described(values)}), or a range {{from: 0, to: 1, step: 0.1}}"
-    if not all(path_of(key)):
+    if not all(key_parts(key)):
         return "has an empty part: write key.key"
-    if path_of(key)[0] in OWN_KEYS:
+    if key_parts(key)[0] in OWN_KEYS:
         return f"cannot be swept: a sweep keeps {', '.join(OWN_KEYS)}"
     seen = set()
     for value in values:

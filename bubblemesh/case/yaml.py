@@ -98,7 +98,7 @@ def _place(places: "dict[str, Place] | Sequence[Place] | _LatePlaces", part: str
     return places[part] if isinstance(part, int) and 0 <= part < len(places) else None
 
 
-def read_text(path: Path) -> str:
+def read_case_text(path: Path) -> str:
     """Text of a case file; FileError if it cannot be read, CaseError if it is not UTF-8, both with its name."""
     with prefixed(path):
         stream = opened(path, CASE_FILE)
@@ -259,10 +259,10 @@ class _Reader:
         if tag is None and event.style:  # Quoted, or a block of text.
             return event.value
         if tag is None:
-            return plain(event.value)[1]
+            return unquoted(event.value)[1]
         if tag in ("!", TAG_PREFIX + "str"):
             return event.value
-        found, value = plain(event.value)
+        found, value = unquoted(event.value)
         self._check_tag(event, found, *(["float"] if found == "int" else []))
         return float(value) if tag == TAG_PREFIX + "float" else value
 
@@ -333,7 +333,7 @@ PLAIN: tuple[tuple[str, re.Pattern[str], Callable[[str], Any]], ...] = (
 )
 
 
-def plain(text: str) -> tuple[str, Any]:
+def unquoted(text: str) -> tuple[str, Any]:
     """Kind and value of an unquoted scalar."""
     for kind, pattern, convert in PLAIN:
         if pattern.fullmatch(text):

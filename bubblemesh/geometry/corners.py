@@ -76,7 +76,7 @@ LEAST_BEND = 0.06  # relative difference of the curvatures below which edges of 
 STRAIGHT = 1e-9  # radians over the length of the shorter piece
 
 
-def require_room(boundary: Boundary, ends: CornerFans) -> None:
+def require_separation(boundary: Boundary, ends: CornerFans) -> None:
     """Check that curves with a common tangent, at the ``ends`` of pieces, separate fast enough for edges along both.
 
     GeometryError, with the corner and the radii, if their curvatures are nearly the same.

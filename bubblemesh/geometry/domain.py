@@ -16,14 +16,14 @@ from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.corners import CornerFans, corner_fans, require_room
+from bubblemesh.geometry.corners import CornerFans, corner_fans, require_separation
 from bubblemesh.geometry.distance.projection import Feet, Nearest, Projection, projection_onto
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.paths import Area, Ring, RingChange, outlines
 from bubblemesh.geometry.periodic import matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.unprojection import Unprojection
-from bubblemesh.geometry.validity import require_apart, require_domain, simple_polygon
+from bubblemesh.geometry.validity import require_domain, require_holes_apart, simple_polygon
 from bubblemesh.messages import meant, own_places, ring_name, tell_places_of
 from bubblemesh.records import Uncached, record
 
@@ -128,7 +128,7 @@ class Domain(Uncached):
             with about(key):
                 polygons.append(simple_polygon(points, name))
         holes = slice(len(areas), None)
-        require_apart(polygons[holes], owner[holes], names[holes], keys[holes])
+        require_holes_apart(polygons[holes], owner[holes], names[holes], keys[holes])
         given_outlines = {number: ring.given for number, ring in enumerate(rings) if ring.given is not None}
 
         def bounded_by(boundary: Boundary, inner: InnerParts) -> "Domain":
@@ -144,7 +144,7 @@ class Domain(Uncached):
         if inner:
             inner = without_outside(inner, domain.polygon, domain.signed_distance)
             domain = bounded_by(partitioned(boundary, inner, domain.polygon) if inner else boundary, inner)
-        require_room(domain.boundary, domain.corner_fans)
+        require_separation(domain.boundary, domain.corner_fans)
         return domain
 
     @cached_property

@@ -35,7 +35,7 @@ SAME_PLACE = 5.0  # metres, by which WGS 84, ETRS89 and NAD83 differ at most
 DIGITS = 2  # of the middle of the plane, in degrees
 
 
-def library() -> Any:
+def crs_library() -> Any:
     """The library of coordinate reference systems; FileError, with the command that installs it, if it is missing."""
     try:
         import pyproj
@@ -47,7 +47,7 @@ def library() -> Any:
 @cache
 def known_system(name: str) -> Any:
     """A coordinate reference system by its name, such as EPSG:4326; CaseError if it has no places on the earth."""
-    pyproj = library()
+    pyproj = crs_library()
     try:
         system = pyproj.CRS.from_user_input(name)
     except pyproj.exceptions.CRSError:
@@ -64,7 +64,7 @@ def same_system(first: str, second: str) -> bool:
 
 @cache
 def _transformer(source: str, target: str) -> Any:
-    return library().Transformer.from_crs(known_system(source), known_system(target), always_xy=True)
+    return crs_library().Transformer.from_crs(known_system(source), known_system(target), always_xy=True)
 
 
 def _transformed(source: str, target: str, points: Floats) -> Floats:
@@ -98,7 +98,7 @@ class Plane:
     @cached_property
     def radius(self) -> float:
         """Radius of the sphere that is the earth near the middle, in metres."""
-        ellipsoid = library().CRS(DEGREES).ellipsoid
+        ellipsoid = crs_library().CRS(DEGREES).ellipsoid
         a, b = ellipsoid.semi_major_metre, ellipsoid.semi_minor_metre
         e2 = 1 - (b / a) ** 2
         return float(a * math.sqrt(1 - e2) / (1 - e2 * math.sin(math.radians(self.middle[1])) ** 2))
@@ -310,7 +310,7 @@ def _same_places(first: str, second: str, points: Floats) -> bool:
     low, high = points.min(axis=0), points.max(axis=0)
     some = np.array([low, (low + high) / 2, high])
     places = [_transformed(each, DEGREES, some) for each in (first, second)]
-    _, _, apart = library().Geod(ellps="WGS84").inv(*places[0].T, *places[1].T)
+    _, _, apart = crs_library().Geod(ellps="WGS84").inv(*places[0].T, *places[1].T)
     return bool((np.asarray(apart) <= SAME_PLACE).all())
 
 

@@ -34,7 +34,7 @@ class Similarity:
         ``mirror`` "x" turns x into -x and "y" turns y into -y; lengths become ``scale`` times as long, seen from the
         origin; ``rotate`` is in degrees, counter-clockwise about the point ``about``; ``move`` is added last.
         """
-        turn, center = turned(rotate), complex(*about)
+        turn, center = direction_at(rotate), complex(*about)
         flip = -1 if mirror == "x" else 1  # x to -x is y to -y and half a turn
         shift = center - turn * center + complex(*move) if center else complex(*move)
         return cls(turn * (flip * scale), shift, mirror is not None)
@@ -89,7 +89,7 @@ class Similarity:
 UNMOVED = Similarity()
 
 
-def turned(degrees: float) -> complex:
+def direction_at(degrees: float) -> complex:
     """Direction at an angle from the x axis, as a number of length 1; exact for whole quarter turns."""
     quarters, rest = divmod(degrees, 90)
     if rest == 0:

@@ -93,7 +93,7 @@ def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
     return polygon
 
 
-def require_apart(
+def require_holes_apart(
     holes: Sequence[shapely.Polygon], owner: Sequence[int], names: Sequence[str], keys: Sequence[Key]
 ) -> None:
     """Refuse holes of one area, their ``owner``, that clearly overlap; a small overlap may be due to chords of curves.

@@ -7,7 +7,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, turned_left
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.ladder import Ladder
-from bubblemesh.layers.walls import Walls, turned
+from bubblemesh.layers.walls import Walls, rotated
 
 FAN = np.radians(40)  # beyond a straight angle: sharper convex corners have a fan
 TIP = np.radians(120)  # the same: around tips and trailing edges one column would leave cells flat
@@ -31,7 +31,7 @@ def fan(ladder: Ladder, normal: Floats, angle: float, spacing: float, *, is_corn
         return None
     ideal = turn * float(ladder.thickness_below(np.array(spacing))) / spacing
     steps = int(np.clip(np.ceil(ideal), np.ceil(turn / WIDEST), np.ceil(turn / NARROWEST)))
-    return turned(np.tile(normal, (steps + 1, 1)), -turn * np.arange(steps + 1) / steps)
+    return rotated(np.tile(normal, (steps + 1, 1)), -turn * np.arange(steps + 1) / steps)
 
 
 def on_curves(columns: Columns, walls: Walls, on_curve: Booleans, turns: Floats) -> tuple[Columns, Booleans]:

@@ -155,7 +155,7 @@ class LabelLayers:
         return f"{told}: until: isotropic, or count: {self.advised} lets sizes pass without a jump"
 
 
-def figures(
+def layer_figures(
     strips: Strips, beyond: Floats | None = None, joined: JoinedLayers | None = None
 ) -> tuple[LabelLayers, ...]:
     """Figures of the layers on each label, in the order of the case.

@@ -5,7 +5,7 @@ import numpy as np
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import Most, heights
 from bubblemesh.layers.obstacles import Obstacles
-from bubblemesh.layers.room import room, spread
+from bubblemesh.layers.room import limited_slopes, room
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
 
@@ -13,7 +13,7 @@ LOWERED = 0.8  # of their height: columns that are in the way
 PATIENCE = 16  # times that a column is lowered before it has no layers
 
 
-def fitted(columns: Columns, walls: Walls, most: Most) -> Strips:
+def fitted_strips(columns: Columns, walls: Walls, most: Most) -> Strips:
     """Strips between columns of the layers that they can have at most, as high as there is room for.
 
     Where cells are not valid or meet others the columns are made lower, again and again: without layers a column is in
@@ -27,6 +27,6 @@ def fitted(columns: Columns, walls: Walls, most: Most) -> Strips:
         lowered[wrong] += 1
         height = np.where(wrong, LOWERED * np.minimum(height, strips.reached), height)
         height[lowered > PATIENCE] = 0.0
-        height = spread(columns, height)
+        height = limited_slopes(columns, height)
         strips = Strips.of(columns, walls, heights(columns, height, most))
     return strips

@@ -140,7 +140,7 @@ def reached(columns: Columns, found: Heights, owner: Integers, level: Integers) 
     return columns.tops(owner, level) * found.factor[owner]
 
 
-def places(columns: Columns, walls: Walls, found: Heights) -> Floats:
+def column_nodes(columns: Columns, walls: Walls, found: Heights) -> Floats:
     """Nodes (n, 2) of all columns above their feet, one column after the other."""
     owner, rank = members(columns.own(found.count))
     height = reached(columns, found, owner, rank + 1)

@@ -26,7 +26,7 @@ class JoinedLayers(NamedTuple):
     halves: Integers  # (q, 2): rows of two of these that are one quadrilateral
 
 
-def joined(rest: Rest, net: Net, spacing: Spacing) -> JoinedLayers:
+def join_layers(rest: Rest, net: Net, spacing: Spacing) -> JoinedLayers:
     """A net of the rest and the cells of the layers, as one of the whole domain."""
     strips, whole, own = rest.strips, rest.strips.walls.domain, net.bubbles
     count, fixed, inside = len(strips.x), len(whole.boundary.corners), len(own) - own.boundary_count

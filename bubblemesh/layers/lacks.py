@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.heights import gradual, layers_within
-from bubblemesh.layers.room import spread
+from bubblemesh.layers.room import limited_slopes
 from bubblemesh.layers.strips import Strips
 from bubblemesh.messages import counted, place
 from bubblemesh.records import record
@@ -92,7 +92,7 @@ def _have_all(strips: Strips, most: Integers) -> Booleans:
     These change gradually, so that columns beside few layers are lower than one layer more for each would make them.
     """
     columns, heights, every = strips.columns, strips.heights, np.arange(len(strips.columns))
-    fitting = layers_within(columns, spread(columns, columns.tops(every, most)))
+    fitting = layers_within(columns, limited_slopes(columns, columns.tops(every, most)))
     return (heights.factor == 1) & (heights.count >= gradual(columns, np.minimum(most, fitting)))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, components
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH
-from bubblemesh.layers.walls import Walls, turned
+from bubblemesh.layers.walls import Walls, rotated
 
 SHORT = 0.5  # edges, in terms of the first layer
 LEAST_TURN = np.radians(10)  # of the wall at such a bend
@@ -93,5 +93,5 @@ def _corner(columns: Columns, walls: Walls, mine: Integers, before: int, after: 
     if not 0 <= share <= FARTHEST * length:
         return None
     half = (np.pi - turn) / 2
-    up = turned(last[None], np.array([half]))[0] * min(1 / np.sin(half), HIGHEST_STRETCH)
+    up = rotated(last[None], np.array([half]))[0] * min(1 / np.sin(half), HIGHEST_STRETCH)
     return begin + share * first, up

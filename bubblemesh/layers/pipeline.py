@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.layers.fitting import fitted
+from bubblemesh.layers.fitting import fitted_strips
 from bubblemesh.layers.heights import most_layers
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.placement import columns_on
@@ -40,7 +40,7 @@ def layered(domain: Domain, requested: Spacing, spacing: Spacing, ladders: Seque
             f"layers: they may take {nodes} nodes, and the limit is {max_nodes}: coarsen the spacing on "
             f"the walls, ask for fewer layers, or raise {node_limit()}"
         )
-    return Rest.of(fitted(columns, walls, most))
+    return Rest.of(fitted_strips(columns, walls, most))
 
 
 def _require_walls(walls: Walls, number: int, ladder: Ladder) -> None:

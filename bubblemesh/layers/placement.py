@@ -11,7 +11,7 @@ from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH, blended, fan, on_curves
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.pinches import SHORT, parting, pinched
-from bubblemesh.layers.walls import Walls, turned
+from bubblemesh.layers.walls import Walls, rotated
 
 ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse
 END_ROUNDING = 1e-6  # angles that are drawn as just these are among them
@@ -69,7 +69,7 @@ class _ColumnBuilder:
         lower, is_corner = self.ladders[ladder], bool(self.walls.node_piece[foot] < 0)
         ways = fan(lower, self.normals[side], angle, float(self.walls.d[foot]), is_corner=is_corner)
         if ways is None:
-            middle = turned(self.along[after : after + 1], np.array([angle / 2]))[0]
+            middle = rotated(self.along[after : after + 1], np.array([angle / 2]))[0]
             ways = middle[None] * min(1 / np.sin(angle / 2), HIGHEST_STRETCH)
         around = [self.add(foot, up, ladder) for up in ways]
         self.last[side], self.first[after] = around[0], around[-1]
@@ -122,7 +122,7 @@ class _ColumnBuilder:
             columns = [column for one in chain for column in fans[one]]
             share = np.arange(len(columns)) / (len(columns) - 1)
             turn = (self.walls.angle[chain] - np.pi).sum()
-            for column, up in zip(columns, turned(self.normals[[side] * len(share)], -turn * share), strict=True):
+            for column, up in zip(columns, rotated(self.normals[[side] * len(share)], -turn * share), strict=True):
                 self.rows[column] = self.rows[column]._replace(up=up)
 
     def _length(self, side: int) -> float:

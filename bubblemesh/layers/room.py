@@ -29,10 +29,10 @@ def room(columns: Columns, walls: Walls, obstacles: Obstacles, most: Integers) -
     height = np.minimum(height, narrowest)
     height = np.minimum(height, _up_to(obstacles, columns, thickness, narrowest))
     height = np.minimum(height, _along_pieces(columns, walls))
-    return spread(columns, height)
+    return limited_slopes(columns, height)
 
 
-def spread(columns: Columns, height: Floats) -> Floats:
+def limited_slopes(columns: Columns, height: Floats) -> Floats:
     """Heights (c,) that change by no more than a stated slope along the wall, but for where layers end."""
     (i, j), step = columns.pair.T, STEEPEST * columns.bare_widths
     bound = ~columns.ends
@@ -69,10 +69,10 @@ def _up_to(obstacles: Obstacles, columns: Columns, thickness: Floats, narrowest:
     with np.errstate(divide="ignore"):
         width = widest_beside(columns, np.zeros(len(columns)))
         narrow = np.where(columns.are_in_fans, 1.0, np.minimum(seen.wall / width, 1.0))
-    return part_of(seen.nearest, columns.spacing, seen.layered, narrow)
+    return share_of_way(seen.nearest, columns.spacing, seen.layered, narrow)
 
 
-def part_of(way: Floats, spacing: Floats, shared: Booleans, narrow: Floats) -> Floats:
+def share_of_way(way: Floats, spacing: Floats, shared: Booleans, narrow: Floats) -> Floats:
     """Heights (k,) that columns may have of the ways (k,) to walls across: all but a spacing, within bounds.
 
     What is ``shared`` (k,) with the layers of that wall is halved. The lower bound is ``narrow`` (k,) times as high.

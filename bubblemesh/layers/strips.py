@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, cross, members
 from bubblemesh.layers.columns import Columns
-from bubblemesh.layers.heights import Heights, places, reached
+from bubblemesh.layers.heights import Heights, column_nodes, reached
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
 from bubblemesh.spacing.rules.sources import Sources
@@ -38,7 +38,7 @@ class Strips:
     @classmethod
     def of(cls, columns: Columns, walls: Walls, found: Heights) -> "Strips":
         """Strips of columns that are so high."""
-        x, first = places(columns, walls, found), np.append(0, np.cumsum(columns.own(found.count)))
+        x, first = column_nodes(columns, walls, found), np.append(0, np.cumsum(columns.own(found.count)))
         return cls(columns, walls, found, np.vstack([walls.x, x]), first + len(walls.x))
 
     def node(self, column: Integers, level: Integers) -> Integers:

@@ -91,7 +91,7 @@ class Walls:
         return along / np.hypot(*along.T)[:, None]
 
 
-def turned(directions: Floats, angle: Floats) -> Floats:
+def rotated(directions: Floats, angle: Floats) -> Floats:
     """Vectors (m, 2) turned counter-clockwise by angles (m,)."""
     (x, y), c, s = directions.T, np.cos(angle), np.sin(angle)
     return np.column_stack([c * x - s * y, s * x + c * y])

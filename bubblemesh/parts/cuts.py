@@ -80,7 +80,7 @@ def _offset(points: Floats, at: Point, angle: float) -> Floats:
     return np.cos(angle) * y - np.sin(angle) * x
 
 
-def cut(domain: Domain, spacing: Spacing, expected_nodes: float, cells: int) -> Cuts:
+def find_cuts(domain: Domain, spacing: Spacing, expected_nodes: float, cells: int) -> Cuts:
     """Cut a domain into cells of the same work, as nearly as short and clear cuts allow."""
     samples = leaves(domain, spacing, max(COARSEST, float(np.sqrt(expected_nodes / (SAMPLES * cells)))))
     return _Cutter(domain, spacing).cuts(samples, cells, expected_nodes)

@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
-from bubblemesh.geometry.arrangement.partition import clipped, probes, without_doubles
+from bubblemesh.geometry.arrangement.partition import clipped_to_domain, probes, without_doubles
 from bubblemesh.geometry.arrangement.regions import region_at
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines
@@ -136,7 +136,7 @@ def _with_lines(boundary: Boundary, pieces: Integers, turned: Booleans) -> Bound
     return replace(boundary, families=families, **columns)
 
 
-def divided(domain: Domain, cuts: Cuts, spacing: Spacing) -> CutDomain:
+def cut_domain(domain: Domain, cuts: Cuts, spacing: Spacing) -> CutDomain:
     """Cut a domain; the bubbles along the cuts are placed by the spacing, once for the parts on both sides."""
     whole, size = domain.boundary, domain.size
     named = replace(whole, label=np.arange(len(whole.kind)), labels=tuple(map(str, range(len(whole.kind)))))
@@ -144,7 +144,7 @@ def divided(domain: Domain, cuts: Cuts, spacing: Spacing) -> CutDomain:
     # The numbers that inner pieces have are those of lines of the case, for errors about these.
     boundary = noded(fresh, size, len(whole.corners), domain.parts)
     boundary = without_doubles(boundary, TOUCHING * size)
-    boundary = clipped(boundary, domain.parts.points, TOUCHING * size)
+    boundary = clipped_to_domain(boundary, domain.parts.points, TOUCHING * size)
     origin = np.where(boundary.label < len(whole.kind), boundary.label, -1)
     here, there = probes(boundary)
     left, right = cuts.cell_of(here), np.where(boundary.inner, cuts.cell_of(there), -1)

@@ -16,7 +16,7 @@ LONGEST = 1.45  # spacings: the side that is left
 WAYS = 1.0, 0.5, 0.25  # how far a bubble moves, the first that turns no triangle over
 
 
-def merged(
+def merged_ends(
     x: Floats, spacing: Spacing, triangles: Integers, facets: Integers, ends: Integers
 ) -> tuple[Integers, Integers]:
     """Triangles (t, 3) without the crowded ones of bubbles ``ends`` (k,), and which bubble (n,) stands for each.
@@ -46,7 +46,7 @@ def merged(
     return np.concatenate([rest, near]), stands
 
 
-def spread(net: Net, boundary: Boundary, ends: Integers, spacing: Spacing) -> Bubbles:
+def spread_ends(net: Net, boundary: Boundary, ends: Integers, spacing: Spacing) -> Bubbles:
     """The bubbles of a net, with ``ends`` (k,) that are crowded half-way between their neighbours along the boundary.
 
     They move less far where triangles would be turned over.

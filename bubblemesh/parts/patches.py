@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, unconnected
 from bubblemesh.parts.division import CutDomain, Places
-from bubblemesh.parts.ends import merged, spread
+from bubblemesh.parts.ends import merged_ends, spread_ends
 from bubblemesh.parts.part import Band
 from bubblemesh.spacing.spacing import Spacing
 
@@ -54,7 +54,7 @@ class JoinedBands(NamedTuple):
     numbers: tuple[Integers, ...]  # of the nodes (n,) of each patch
 
 
-def joined(division: CutDomain, patches: Sequence[Patch], spacing: Spacing) -> JoinedBands:
+def join_bands(division: CutDomain, patches: Sequence[Patch], spacing: Spacing) -> JoinedBands:
     """Join the bands of packed parts: what they have in common is there once."""
     whole, boundary = division.whole, division.boundary
     shared = len(boundary.corners) + len(division.held.s)
@@ -78,14 +78,14 @@ def joined(division: CutDomain, patches: Sequence[Patch], spacing: Spacing) -> J
     loose[loose] = ~whole.tied[number[loose]]
     net = unconnected(bubbles, whole)
     loose_ends = place[node[loose]]
-    triangles, stands = merged(bubbles.x, spacing, place[triangles], net.facets, loose_ends)
+    triangles, stands = merged_ends(bubbles.x, spacing, place[triangles], net.facets, loose_ends)
     stay = stands == np.arange(len(stands))
     rank = (np.cumsum(stay) - 1)[stands]
     if not stay.all():
         bubbles = bubbles.select(np.flatnonzero(stay))
         net = unconnected(bubbles, whole)
     net = replace(net, triangles=rank[triangles])
-    net = replace(net, bubbles=spread(net, whole.boundary, rank[loose_ends[stay[loose_ends]]], spacing))
+    net = replace(net, bubbles=spread_ends(net, whole.boundary, rank[loose_ends[stay[loose_ends]]], spacing))
     numbers = tuple(rank[place[patch.node]] for patch in patches)
     return JoinedBands(net, rank[np.concatenate([ends, on_cut])], rank[ends], numbers)
 

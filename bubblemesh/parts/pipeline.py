@@ -12,11 +12,11 @@ from bubblemesh.meshes.census import Census
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.messages import place
 from bubblemesh.packing.net import Net, reconnect
-from bubblemesh.parts.cuts import Cuts, cut
-from bubblemesh.parts.division import CutDomain, Places, divided
+from bubblemesh.parts.cuts import Cuts, find_cuts
+from bubblemesh.parts.division import CutDomain, Places, cut_domain
 from bubblemesh.parts.packing import PartJob, packed_part
 from bubblemesh.parts.part import Core, Margin
-from bubblemesh.parts.patches import Patch, joined, patch
+from bubblemesh.parts.patches import Patch, join_bands, patch
 from bubblemesh.parts.seams import JUNCTION, SEAM, SeamStrips, Strip, near, settled
 from bubblemesh.parts.store import Store
 from bubblemesh.parts.work import Deadline, Job, Terms
@@ -99,11 +99,11 @@ def packed_in_parts(
     domain is cut, by which it shows how much of the processor there is.
     """
     workshop.crew(packed_part, ())  # no jobs yet: its workers start while the domain is cut
-    cuts = cut(domain, terms.spacing, expected_nodes, parts)
-    division = divided(domain, cuts, terms.spacing)
+    cuts = find_cuts(domain, terms.spacing, expected_nodes, parts)
+    division = cut_domain(domain, cuts, terms.spacing)
     terms = replace(terms, deadline=deadline())
     places, margins = _packed_parts(division, cuts, expected_nodes, terms, workshop)
-    net, along, ends, numbers = joined(division, list(_patches(division, places, margins)), terms.spacing)
+    net, along, ends, numbers = join_bands(division, list(_patches(division, places, margins)), terms.spacing)
     rim = np.concatenate([number[margin.band.rim] for number, margin in zip(numbers, margins, strict=True)])
     between = near(net, along, SEAM) & ~near(net, ends, JUNCTION)
     between[rim] = False

@@ -17,7 +17,7 @@ from bubblemesh.geometry.geography import same_system
 from bubblemesh.meshfiles.fields import read_field
 from bubblemesh.messages import extent
 from bubblemesh.problem.crs import given_bounds
-from bubblemesh.readers.grids.grids import Box, completed, is_grid, read_grid, system_of
+from bubblemesh.readers.grids.grids import Box, filled_from_nearest, is_grid, read_grid, system_of
 from bubblemesh.readers.grids.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField, scattered
@@ -163,7 +163,7 @@ def _grid(term: RasterTerm, box: Box, system: str | None, *, signed: bool = True
         if system is not None and own is not None and not same_system(system, own):
             raise CaseError(f"is in another system than crs.from: take it there by gdalwarp -t_srs {system}")
         grid = read_grid(path, term.name, box)
-        values, missing = completed(grid.values)
+        values, missing = filled_from_nearest(grid.values)
         notes = []
         if missing:
             notes.append(f"{term.file}: {missing:.1%} of the values around the domain are missing: nearest ones count")

@@ -67,7 +67,7 @@ def _sea(case: Case) -> Domain:
     # Imported here since few domains are seas.
     from bubblemesh.problem.shoreline.box import sea_in_box
     from bubblemesh.problem.shoreline.rings import SHORE, areas_of_sea
-    from bubblemesh.problem.shoreline.shoreline import fitted
+    from bubblemesh.problem.shoreline.shoreline import fitted_sea
     from bubblemesh.problem.spacing import case_spacing
 
     keys = case.domain
@@ -89,7 +89,7 @@ def _sea(case: Case) -> Domain:
     def spacing() -> "Spacing":  # which is asked for only where the shore that is kept depends on it
         return case_spacing(case, domain_of(sea)).at(None)
 
-    return domain_of(fitted(sea, keys, lambda points: spacing().extended(points)))
+    return domain_of(fitted_sea(sea, keys, lambda points: spacing().extended(points)))
 
 
 def _advice(keys: DomainKeys, key: Key) -> str:

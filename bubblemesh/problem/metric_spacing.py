@@ -52,7 +52,7 @@ class InMetric(NamedTuple):
         return _with_fewer_nodes(bent.straightened(), bent, domain, max_nodes)
 
 
-def in_metric(
+def spacing_in_metrics(
     domain: Domain, metrics: Sequence[MetricRequest], spacing: Spacing, max_nodes: int, cover: Cover
 ) -> InMetric:
     """The spacing in metrics and below the given one.
@@ -62,7 +62,7 @@ def in_metric(
     """
     points = np.vstack([domain.polygonal_copy.points, cover.points, cover.corners.mean(axis=1)])
     told = tuple(_too_long(metrics, spacing, points))
-    requested = below(metrics, spacing)
+    requested = metric_below(metrics, spacing)
     survey = surveyed(domain, requested, max_nodes, cover)
     aspect = _aspect(requested, np.vstack([points, survey.extremes.minimum_at]))
     requested = replace(requested, aspect=aspect)
@@ -72,7 +72,7 @@ def in_metric(
     return InMetric(tuple(metrics), requested, survey, (*told, *_differing_sides(domain, requested)))
 
 
-def below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
+def metric_below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
     """The spacing in metrics, which is nowhere above the given one."""
     return MetricSpacing.of(Intersection(tuple(metrics), spacing))
 

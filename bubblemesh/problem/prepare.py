@@ -104,9 +104,9 @@ def _before_rules(request: SpacingRequest, scale: float | None) -> Spacing:
     if not request.metrics:
         return spacing
     # Imported here since few cases have a metric.
-    from bubblemesh.problem.metric_spacing import below
+    from bubblemesh.problem.metric_spacing import metric_below
 
-    return below(_scaled(request.metrics, scale), spacing)
+    return metric_below(_scaled(request.metrics, scale), spacing)
 
 
 def _scaled(metrics: "Sequence[MetricRequest]", scale: float | None) -> "Sequence[MetricRequest]":
@@ -208,9 +208,11 @@ def _metric(
     if not request.metrics and task.method_name != IN_METRIC:
         return None
     # Imported here since few cases have a metric.
-    from bubblemesh.problem.metric_spacing import in_metric
+    from bubblemesh.problem.metric_spacing import spacing_in_metrics
 
-    return in_metric(domain, _scaled(request.metrics, scale), requested.spacing, task.max_nodes, requested.survey.cover)
+    return spacing_in_metrics(
+        domain, _scaled(request.metrics, scale), requested.spacing, task.max_nodes, requested.survey.cover
+    )
 
 
 def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
@@ -232,7 +234,7 @@ def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
 def _beside_layers(problem: Problem, fitted: LimitedSpacing, metric: "InMetric | None") -> Problem:
     """The problem of what boundary layers leave; without them its spacing is ``fitted`` to the boundary."""
     # Imported here since few meshes have layers.
-    from bubblemesh.layers.figures import figures
+    from bubblemesh.layers.figures import layer_figures
     from bubblemesh.problem.layers import with_layers
 
     enter("layers")
@@ -243,5 +245,5 @@ def _beside_layers(problem: Problem, fitted: LimitedSpacing, metric: "InMetric |
         if metric is not None:
             packing = metric.packing(rest.domain, fitted.spacing, task.max_nodes, (packing, short))
         expected = rest.own_nodes + ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE)
-        told = (*problem.warnings, *warnings.low_layers(figures(rest.strips)))
+        told = (*problem.warnings, *warnings.low_layers(layer_figures(rest.strips)))
     return replace(problem, packing_spacing=packing, expected_nodes=expected, warnings=once_each(told), rest=rest)

@@ -29,7 +29,7 @@ def bounded(terms: SpacingTerms, found: tuple[Spacing, ...], spots: Floats, own_
     return at
 
 
-def below(at: SpacingAtScale, limits: Sequence[Spacing]) -> SpacingAtScale:
+def below_limits(at: SpacingAtScale, limits: Sequence[Spacing]) -> SpacingAtScale:
     """A spacing, at a scale, below limits that do not go with it."""
 
     def limited(scale: float | None) -> Spacing:

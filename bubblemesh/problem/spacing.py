@@ -34,7 +34,7 @@ from bubblemesh.problem.regions import (
     region_limits,
     with_regions,
 )
-from bubblemesh.problem.scale import SpacingAtScale, below, bounded
+from bubblemesh.problem.scale import SpacingAtScale, below_limits, bounded
 from bubblemesh.problem.values import bound_value, named_rasters, values_of
 from bubblemesh.records import record
 from bubblemesh.spacing.expression import Rasters
@@ -109,7 +109,7 @@ def _held(at: SpacingAtScale, terms: SpacingTerms, own: OwnValues, domain: Domai
         at = on_the_ground(at, plane, -1)
     if lengths:
         regions = *region_limits(terms.regions, domain, rasters), *limits_within(own, domain, rasters)
-        at = below(at, [bounded(terms, regions, NO_SPOTS, terms.scale)(None)])
+        at = below_limits(at, [bounded(terms, regions, NO_SPOTS, terms.scale)(None)])
     at = not_below_courant(at, terms, domain, rasters)
     return at if plane is None else on_the_ground(at, plane)
 
@@ -136,7 +136,7 @@ def with_areas_below(
     These limits do not go with the scale of the spacing.
     """
     limits = area_limits(domain, largest, within)
-    return replace(request, at=below(request.at, limits)) if limits else request
+    return replace(request, at=below_limits(request.at, limits)) if limits else request
 
 
 def spacing_request(

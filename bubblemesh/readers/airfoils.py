@@ -19,7 +19,7 @@ class NumberRows(NamedTuple):
     rows: list[list[float]]
 
 
-def outlines(blocks: Sequence[NumberRows]) -> tuple[list[NumberRows], list[str]]:
+def airfoil_outlines(blocks: Sequence[NumberRows]) -> tuple[list[NumberRows], list[str]]:
     """Blocks with one outline each, and notes on the format that was found; other lists of points stay as they are.
 
     CaseError if the numbers of points that a file of Lednicer gives do not fit.
@@ -92,6 +92,6 @@ def _around(upper: list[list[float]], lower: list[list[float]]) -> list[list[flo
     return [*upper[::-1], *(lower[1:] if upper[0][:2] == lower[0][:2] else lower)]
 
 
-def points_of(block: NumberRows) -> list[Point]:
+def points_of_rows(block: NumberRows) -> list[Point]:
     """The first two numbers of each row."""
     return [(row[0], row[1]) for row in block.rows]

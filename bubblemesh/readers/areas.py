@@ -14,7 +14,7 @@ from bubblemesh.messages import MOST_NAMES, place
 from bubblemesh.readers.selection import PartChoice
 
 
-def areas_of(areas: Sequence[Area], loose: Sequence[Ring], marks: Sequence[Point] | None) -> list[Area]:
+def areas_by_nesting(areas: Sequence[Area], loose: Sequence[Ring], marks: Sequence[Point] | None) -> list[Area]:
     """The areas of a file, and those that its other rings bound by their nesting.
 
     If the file has ``marks``, points in holes, GeometryError for a hole without a mark and a mark outside of all holes.

@@ -17,11 +17,11 @@ from bubblemesh.geometry.geography import is_projecting
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, shown, tell_places_of
-from bubblemesh.readers.areas import areas_of, chosen_areas
+from bubblemesh.readers.areas import areas_by_nesting, chosen_areas
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.outlines import bounding, joining_of
-from bubblemesh.readers.projection import taken
+from bubblemesh.readers.projection import projected_features
 from bubblemesh.readers.regions import largest_by_name, named_areas
 from bubblemesh.readers.selection import METRES, Selection
 
@@ -106,7 +106,7 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     """
     with prefixed(path):
         chosen = _chosen(path, selection, is_map=is_of_maps(path))
-        areas = areas_of(chosen.areas, chosen.loose, chosen.hole_points)
+        areas = areas_by_nesting(chosen.areas, chosen.loose, chosen.hole_points)
         part = selection.part
         if selection.repair is not None:
             part = "all" if part is None and len(areas) == 1 else part  # a repair may make several pieces of one area
@@ -137,8 +137,8 @@ def read_regions(path: Path, selection: Selection, key: str, limits: bool = True
     whole file. The same errors as `read_areas`, and GeometryError if neighbours overlap.
     """
     with prefixed(path):
-        content = content_of(path, selection)
-        features = taken(content, selection)
+        content = read_content(path, selection)
+        features = projected_features(content, selection)
         _, told = _measured(content, features, selection)
         areas, notes = named_areas(features, key, selection)
         if selection.repair is not None:
@@ -165,8 +165,8 @@ def files_of(path: Path) -> list[Path]:
 
 def _chosen(path: Path, selection: Selection, is_map: bool = False) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings; ``is_map`` for its notes."""
-    content = content_of(path, selection)
-    features = taken(content, selection)
+    content = read_content(path, selection)
+    features = projected_features(content, selection)
     size, told = _measured(content, features, selection, is_map)
     found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
@@ -199,7 +199,7 @@ def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[s
         )
 
 
-def content_of(
+def read_content(
     path: Path, selection: Selection, purpose: Literal["rings", "lines", "points"] = "rings"
 ) -> FeatureCollection:
     """Content of a file; the purpose decides how lists of points are read. FileError or CaseError."""

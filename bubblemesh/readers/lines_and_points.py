@@ -14,8 +14,8 @@ from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, meant
 from bubblemesh.readers.clips import clipped
 from bubblemesh.readers.features import INNER, SPARE, CompoundCurve, Feature, text_of, writable_label
-from bubblemesh.readers.formats import FORMATS, content_of, length_notes
-from bubblemesh.readers.projection import taken
+from bubblemesh.readers.formats import FORMATS, length_notes, read_content
+from bubblemesh.readers.projection import projected_features
 from bubblemesh.readers.rings.duplicates import without_copies, without_same_circles
 from bubblemesh.readers.rings.joining import Joining
 from bubblemesh.readers.selection import Selection
@@ -35,8 +35,8 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
     Sides have the labels of the file, lines have no label. FileError, CaseError or GeometryError with the file.
     """
     with prefixed(path):
-        content = content_of(path, selection, "lines")
-        features, clips = clipped(taken(content, selection), Joining(selection.join))
+        content = read_content(path, selection, "lines")
+        features, clips = clipped(projected_features(content, selection), Joining(selection.join))
         used = _first_with(features, lambda one: one.bounds)
         curves, slips = without_copies([curve for one in used for curve in one.curves])
         found = []
@@ -69,7 +69,7 @@ def read_inner_lines(path: Path, selection: Selection) -> list[OpenPath]:
     if known is None or not known.has_inner_lines or selection.feature is not None:
         return []
     with prefixed(path):
-        content = content_of(path, selection)
+        content = read_content(path, selection)
     curves = [curve for one in content.features if one.spare == INNER for curve in one.curves]
     return [_finished(_line(curve), path, selection.factor(content), ()) for curve in curves]
 
@@ -92,8 +92,8 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
     FileError or CaseError with the file.
     """
     with prefixed(path):
-        content = content_of(path, selection, "points")
-        features, clips = clipped(taken(content, selection), Joining(selection.join))
+        content = read_content(path, selection, "points")
+        features, clips = clipped(projected_features(content, selection), Joining(selection.join))
         used = _first_with(features, lambda one: bool(one.points))
         if not any(one.points for one in used):
             more = ", as no drawing in SVG has" if path.suffix.lower() == ".svg" else ""

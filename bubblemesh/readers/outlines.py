@@ -12,7 +12,7 @@ from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.nesting import shapes_of
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import counted
-from bubblemesh.readers.areas import areas_of
+from bubblemesh.readers.areas import areas_by_nesting
 from bubblemesh.readers.clips import clipped
 from bubblemesh.readers.features import FILL, HIDDEN, REGION, SPARE, Feature
 from bubblemesh.readers.rings.advice import JoinOutcome, ways_out
@@ -132,7 +132,7 @@ def _tried(features: Sequence[Feature], joining: Joining) -> JoinOutcome | None:
         seen = clipped(features, joining)[0]
         used = next((kind for kind in (None, *SPARE) if any(one.bounds for one in seen if one.spare == kind)), None)
         found = _bounding([one for one in seen if one.spare == used and not one.is_empty], joining)
-        areas = areas_of([Area(outer, tuple(holes)) for outer, *holes in found.areas], found.rings, None)
+        areas = areas_by_nesting([Area(outer, tuple(holes)) for outer, *holes in found.areas], found.rings, None)
     except BubblemeshError:
         return None
     if not areas or found.slips.flat != sum(one.slips.flat for one in seen if one.spare == used):

@@ -10,7 +10,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.files import read_text
 from bubblemesh.geometry.paths import Point
 from bubblemesh.messages import shown
-from bubblemesh.readers.airfoils import NumberRows, outlines, points_of
+from bubblemesh.readers.airfoils import NumberRows, airfoil_outlines, points_of_rows
 from bubblemesh.readers.features import Feature, FeatureCollection, finite_points, line_curve, polygon_ring
 from bubblemesh.readers.slips import Slips
 from bubblemesh.readers.tables import (
@@ -18,11 +18,11 @@ from bubblemesh.readers.tables import (
     SEPARATOR,
     TableLine,
     has_decimal_commas,
-    lines_of,
     named_rows,
     number_of,
     numbers_in,
     plain_line,
+    table_lines,
 )
 
 FEWEST = 3  # points of a ring, after which a line of words ends it
@@ -50,7 +50,7 @@ def _listed(
     features: list[Feature] = []
     for block in found.blocks:
         name = f"{noun} {len(features)} (line {block.line})"
-        one, slips = made(finite_points(points_of(block), name), name)
+        one, slips = made(finite_points(points_of_rows(block), name), name)
         held: dict[str, Any] = {key: () if one is None else (one,)}
         features.append(Feature(name, slips=slips, **held))
     return FeatureCollection(tuple(features), found.notes)
@@ -114,8 +114,8 @@ def _blocks(path: Path) -> _Blocks:
         if has_decimal_commas(text):
             notes["commas are taken as decimal points"] = None
             text = text.replace(",", ".")
-        found = list(_parted(lines_of(text), notes))
-    blocks, more = outlines(found)
+        found = list(_parted(table_lines(text), notes))
+    blocks, more = airfoil_outlines(found)
     if not blocks:
         raise CaseError("there are no points in it: give two numbers in a line")
     if any(len(row) > 2 for block in blocks for row in block.rows):

@@ -13,7 +13,7 @@ from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollectio
 from bubblemesh.readers.selection import Selection
 
 
-def taken(content: FeatureCollection, selection: Selection) -> list[Feature]:
+def projected_features(content: FeatureCollection, selection: Selection) -> list[Feature]:
     """The selected features of a file, projected to the plane of the case if it has one.
 
     The same CaseError as `Selection.of`, and CaseError for curves that are not straight and for a unit of length, which

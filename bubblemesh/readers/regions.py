@@ -15,7 +15,7 @@ from bubblemesh.geometry.nesting import polygons_of, shapes_of
 from bubblemesh.geometry.paths import Area, Line, Ring
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import counted, unknown
-from bubblemesh.readers.areas import areas_of
+from bubblemesh.readers.areas import areas_by_nesting
 from bubblemesh.readers.features import REGION, Feature, text_of_number
 from bubblemesh.readers.outlines import bounding, joining_of
 from bubblemesh.readers.selection import Selection
@@ -53,7 +53,7 @@ def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> 
         with prefixed(f"region {name!r}"):
             bounds = bounding(members, joining_of(selection))
             given = [Area(outer, tuple(holes)) for outer, *holes in bounds.areas]
-            found += [replace(area, name=name) for area in areas_of(given, bounds.loose, None)]
+            found += [replace(area, name=name) for area in areas_by_nesting(given, bounds.loose, None)]
         notes += bounds.notes
     if not all(map(is_straight, found)):
         return found, notes

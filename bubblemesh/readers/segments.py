@@ -27,7 +27,7 @@ class Split(NamedTuple):
     parts: list[shapely.Polygon]
 
 
-def split(segments: Sequence[CompoundCurve], holes: Sequence[Point]) -> Split:
+def split_segments(segments: Sequence[CompoundCurve], holes: Sequence[Point]) -> Split:
     """Divide segments into those around a domain, within it and outside.
 
     Parts that contain one of the points in ``holes`` do not belong to the domain. If nothing is enclosed, all segments

@@ -15,7 +15,7 @@ from bubblemesh.geometry.nesting import polygons_of
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted, extent
 from bubblemesh.readers.features import Feature, vertices_of
-from bubblemesh.readers.formats import content_of
+from bubblemesh.readers.formats import read_content
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.shore_lines import given_place, left_of, shore_lines
 
@@ -40,7 +40,7 @@ def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, 
     sea. FileError or CaseError if the file cannot be read, has nothing of that kind, or lines do not bound land.
     """
     selection = Selection(() if layer is None else (layer,))
-    content = content_of(path, selection, "lines" if of == "lines" else "rings")
+    content = read_content(path, selection, "lines" if of == "lines" else "rings")
     features = selection.of(content.features)
     require_system(content.system, content.degrees, vertices_of(features))
     frame = shapely.box(*box)

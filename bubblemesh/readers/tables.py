@@ -60,7 +60,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
     FileError or CaseError with the line.
     """
     rows: list[list[float]] = []
-    for number, text, values in lines_of(read_text(path)):
+    for number, text, values in table_lines(read_text(path)):
         if values is None and not rows:
             continue
         if values is None or len(values) not in (0, len(names)):
@@ -73,7 +73,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
     return np.array(rows)
 
 
-def lines_of(content: str) -> Iterator[TableLine]:
+def table_lines(content: str) -> Iterator[TableLine]:
     """The lines of a text, and an empty one at its end.
 
     CaseError if a line begins like a number but is not one, or if a column is empty; the same errors as `plain_line`.

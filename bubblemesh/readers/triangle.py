@@ -25,7 +25,7 @@ from bubblemesh.readers.features import (
     text_of_number,
 )
 from bubblemesh.readers.rings.duplicates import without_copies
-from bubblemesh.readers.segments import split
+from bubblemesh.readers.segments import split_segments
 
 NumberedRow = tuple[int, list[float]]  # line and numbers
 MOST_NAMED = 5  # segments in a note
@@ -86,7 +86,7 @@ def read_poly(path: Path) -> FeatureCollection:
         [(x, y) for _, (_, x, y, *_) in _optional_section(rows, "a hole: its number, x and y")], "hole"
     )
     regions = [row for _, row in _optional_section(rows, "a region: its number, x and y")]
-    found = split(segments, holes)
+    found = split_segments(segments, holes)
     features = [Feature("the segments", properties={"kind": "boundary"}, curves=tuple(found.around), slips=slips)]
     if found.inner:
         inner = tuple(found.inner)

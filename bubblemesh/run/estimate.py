@@ -43,9 +43,9 @@ def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
 
 def _layers(rest: "Rest") -> "tuple[LabelLayers, ...]":
     """Figures of the layers on each label."""
-    from bubblemesh.layers.figures import figures
+    from bubblemesh.layers.figures import layer_figures
 
-    return figures(rest.strips)
+    return layer_figures(rest.strips)
 
 
 def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:

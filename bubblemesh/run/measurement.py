@@ -57,10 +57,10 @@ def measured(packed: "Net | Parted", problem: Problem) -> Measured:
 def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
     """The mesh of layers and of what was packed beside them, to which quality and edge lengths belong."""
     # Imported here since few meshes have layers.
-    from bubblemesh.layers.figures import beyond_fronts, figures
-    from bubblemesh.layers.joining import joined
+    from bubblemesh.layers.figures import beyond_fronts, layer_figures
+    from bubblemesh.layers.joining import join_layers
 
-    whole = joined(rest, net, problem.packing_spacing)
+    whole = join_layers(rest, net, problem.packing_spacing)
     mesh = layered_mesh(whole, problem.domain, rest.strips)
     measures = measures_in(problem.spacing, mesh.points, mesh.triangles)
     require_conforming(mesh, measures)
@@ -68,7 +68,7 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
     packed = measures_in(problem.spacing, net.bubbles.x, net.triangles)
     of_packed = mesh_figures(packed, problem.spacing.between)
     found = mesh_figures(measures, None) | {name: of_packed[name] for name in ("quality", "spacing")}
-    layers = figures(rest.strips, beyond_fronts(rest, net), whole)
+    layers = layer_figures(rest.strips, beyond_fronts(rest, net), whole)
     fields = _fields(measures, problem) | {LAYER: layer_of_triangles(mesh, whole, rest.strips)}
     metric = metric_row(packed, problem)
     return Measured(mesh, fields, found, area_error(mesh, measures), departure, layers, metric)

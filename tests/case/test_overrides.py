@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from bubblemesh.case.overrides import applied, parsed
+from bubblemesh.case.overrides import applied, parsed_override
 from bubblemesh.errors import CaseError
 
 DATA = {"a": {"b": [1, {"c": 2}]}, "d": 3}
@@ -24,7 +24,7 @@ class TestOverrides:
     )
     def test_value_is_set_in_a_copy(self, option, expected):
         before = json.dumps(DATA)
-        assert applied(DATA, parsed(option)) == expected
+        assert applied(DATA, parsed_override(option)) == expected
         assert json.dumps(DATA) == before
 
     @pytest.mark.parametrize(
@@ -44,4 +44,4 @@ class TestOverrides:
     )
     def test_error_names_the_option(self, option, message):
         with pytest.raises(CaseError, match=message):
-            applied(DATA, parsed(option))
+            applied(DATA, parsed_override(option))

@@ -5,7 +5,7 @@ from case_data import SQUARE
 
 from bubblemesh.case import yaml as reading
 from bubblemesh.case.number_lists import MARK
-from bubblemesh.case.yaml import read_document, read_text, read_value, value_ahead
+from bubblemesh.case.yaml import read_case_text, read_document, read_value, value_ahead
 from bubblemesh.errors import CaseError, FileError
 
 
@@ -127,25 +127,25 @@ class TestDocument:
 class TestFile:
     def test_missing_file_and_folder(self, tmp_path):
         with pytest.raises(FileError, match=r"none.yaml: the case file cannot be read: No such file"):
-            read_text(tmp_path / "none.yaml")
+            read_case_text(tmp_path / "none.yaml")
         with pytest.raises(FileError, match="it is a folder"):
-            read_text(tmp_path)
+            read_case_text(tmp_path)
         with pytest.raises(FileError, match="null"):
-            read_text(tmp_path / "a\0b")
+            read_case_text(tmp_path / "a\0b")
 
     def test_bytes_must_be_utf8(self, tmp_path):
         path = tmp_path / "latin.yaml"
         path.write_bytes("name: a\nlabel: Düse".encode("latin-1"))
         with pytest.raises(CaseError, match=r"latin.yaml:2: not UTF-8 text \(found byte 0xfc\)"):
-            read_text(path)
+            read_case_text(path)
         path.write_bytes("name: a".encode("utf-16"))
         with pytest.raises(CaseError, match=r"latin.yaml:1: not UTF-8"):
-            read_text(path)
+            read_case_text(path)
 
     def test_byte_order_mark_is_skipped(self, tmp_path):
         path = tmp_path / "mark.yaml"
         path.write_bytes(b"\xef\xbb\xbfname: a")
-        assert read_text(path) == "name: a"
+        assert read_case_text(path) == "name: a"
 
 
 # Lists of numbers wherever they can stand, and what only looks like them.
@@ -237,7 +237,7 @@ class TestListsOfNumbers:
         assert outcome(lambda: reading._root(text, place)) == outcome(lambda: reading._Reader(text, place).read())
 
     def test_they_are_read_at_once(self, monkeypatch):
-        monkeypatch.setattr(reading, "plain", lambda text: pytest.fail("read one by one"))
+        monkeypatch.setattr(reading, "unquoted", lambda text: pytest.fail("read one by one"))
         assert data_of("a: [[0, 0.5], [1, 1], [2, 2]]")["a"] == [[0, 0.5], [1, 1], [2, 2]]
         assert data_of("a:\n- [0, 0.5] # first\n\n- [1, 1]\n- [2, 2]\nb: {}")["a"] == [[0, 0.5], [1, 1], [2, 2]]
 

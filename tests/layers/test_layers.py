@@ -13,7 +13,7 @@ from bubblemesh.case import load_case
 from bubblemesh.console.report import show_quality
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import NOTHING_HELD
-from bubblemesh.layers.figures import figures
+from bubblemesh.layers.figures import layer_figures
 from bubblemesh.layers.heights import reached
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import Measures
@@ -165,7 +165,7 @@ def test_the_largest_angle_of_the_cells_is_told_and_warned_of_near_180_degrees()
     angles = Measures(result.mesh.points, in_layers).angles.max(axis=1)
     assert row["angle_max"]["degrees"] == angles.max()
     np.testing.assert_array_equal(row["angle_max"]["at"], result.mesh.points[in_layers[angles.argmax()]].mean(axis=0))
-    (found,) = figures(prepared({"outer": outer}, {"on": "bottom", **FIVE}, spacing=0.2).rest.strips)
+    (found,) = layer_figures(prepared({"outer": outer}, {"on": "bottom", **FIVE}, spacing=0.2).rest.strips)
     assert found.angle_max is None
     assert found.flat is None
     told = [replace(found, angle_max={"degrees": d, "at": (1.0, 0.5)}).flat for d in (174.0, 176.0)]
@@ -798,7 +798,7 @@ def test_beside_a_place_too_fine_for_layers_there_are_fewer_ones_but_none_compre
 
 def layers_of(problem, label):
     """Figures of the layers on a label, before anything is packed."""
-    return next(row for row in figures(problem.rest.strips) if row.label == label)
+    return next(row for row in layer_figures(problem.rest.strips) if row.label == label)
 
 
 def test_the_lowest_columns_are_those_with_the_fewest_layers():

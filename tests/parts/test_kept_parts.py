@@ -286,7 +286,7 @@ def test_files_are_the_same_whether_a_run_was_ended_on_its_way(folder, monkeypat
 def ended_on_its_way(monkeypatch, *words):
     """Run up to where all parts are there."""
     with monkeypatch.context() as patch:
-        patch.setattr("bubblemesh.parts.pipeline.joined", None)
+        patch.setattr("bubblemesh.parts.pipeline.join_bands", None)
         with pytest.raises(AssertionError):
             command("run", "plate.yaml", "-o", "out", "--parts", "2", "--resume", "-q", *words)
 

@@ -8,8 +8,8 @@ from invariants import check_area, check_arrays, check_edges, check_facets_do_no
 from metrics import metric_case
 
 from bubblemesh.meshes.metric import MeasuresInMetric
-from bubblemesh.parts.cuts import cut
-from bubblemesh.parts.division import divided
+from bubblemesh.parts.cuts import find_cuts
+from bubblemesh.parts.division import cut_domain
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
 
@@ -46,7 +46,7 @@ def test_a_mesh_of_parts_is_as_good_in_the_metric_as_that_of_one_piece(metric, p
 def test_nodes_on_cuts_are_as_far_apart_as_the_metric_says_along_them():
     problem = prepare(metric_case(LONG, spacing=0.06))
     spacing = problem.packing_spacing
-    division = divided(problem.domain, cut(problem.domain, spacing, problem.expected_nodes, 4), spacing)
+    division = cut_domain(problem.domain, find_cuts(problem.domain, spacing, problem.expected_nodes, 4), spacing)
     held = division.held
     for piece in held.pieces.tolist():
         s = np.concatenate([[0.0], held.s[held.piece == piece], [division.boundary.lengths[piece]]])

@@ -15,8 +15,8 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.quality import Measures, radius_ratios
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.parts import seams
-from bubblemesh.parts.cuts import cut
-from bubblemesh.parts.division import divided
+from bubblemesh.parts.cuts import find_cuts
+from bubblemesh.parts.division import cut_domain
 from bubblemesh.parts.landings import Landings
 from bubblemesh.parts.periodic_sides import CutPeriodicSides
 from bubblemesh.parts.pipeline import PER_PART, enough_parts
@@ -29,8 +29,8 @@ from bubblemesh.run.pipeline import mesh_case
 
 def division_of(text, parts):
     problem = prepare(case(text))
-    cuts = cut(problem.domain, problem.packing_spacing, problem.expected_nodes, parts)
-    return problem, cuts, divided(problem.domain, cuts, problem.packing_spacing)
+    cuts = find_cuts(problem.domain, problem.packing_spacing, problem.expected_nodes, parts)
+    return problem, cuts, cut_domain(problem.domain, cuts, problem.packing_spacing)
 
 
 def nodes_of(domain, places, division):
@@ -170,7 +170,7 @@ packing: {effort: fast}
 def test_one_lattice_goes_on_across_the_cuts_of_a_mesh_that_is_even_in_most_of_it():
     parts = 3
     problem, mesh = prepare(case(LAKE)), mesh_case(case(LAKE, parts)).mesh
-    lines = cut(problem.domain, problem.packing_spacing, problem.expected_nodes, parts).lines
+    lines = find_cuts(problem.domain, problem.packing_spacing, problem.expected_nodes, parts).lines
     cuts = shapely.multilinestrings([line.vertices for line in lines])
     middles = mesh.points[mesh.triangles].mean(axis=1)
     even = problem.packing_spacing(middles) > 0.0199

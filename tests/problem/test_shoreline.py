@@ -14,7 +14,7 @@ from bubblemesh.errors import BubblemeshError
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.shoreline.box import sea_in_box
 from bubblemesh.problem.shoreline.channels import BAND, without_narrow
-from bubblemesh.problem.shoreline.shoreline import fitted
+from bubblemesh.problem.shoreline.shoreline import fitted_sea
 from bubblemesh.run.pipeline import mesh_case
 
 BOX = [0, 0, 100, 60]
@@ -184,7 +184,7 @@ def test_no_point_is_farther_from_the_shore_than_the_detail(detail):
     write([WIGGLY, ROCK.buffer(0.1)])
     keys = case(detail=detail).domain
     before = sea_in_box(keys)
-    after = fitted(before, keys, lambda points: points[:, 0])
+    after = fitted_sea(before, keys, lambda points: points[:, 0])
     (old,), (new,) = before.parts, after.parts
     assert len(shapely.get_coordinates(new)) < len(shapely.get_coordinates(old))
     far = shapely.distance(shapely.points(shapely.get_coordinates(old)), new.boundary)
@@ -200,7 +200,7 @@ def test_rings_that_would_cross_keep_their_points():
     west = WIGGLY.difference(other.buffer(strait))
     write([west, other.difference(west.buffer(strait))])
     keys = case(detail=3, box=box).domain
-    (part,) = fitted(sea_in_box(keys), keys, lambda points: points[:, 0]).parts
+    (part,) = fitted_sea(sea_in_box(keys), keys, lambda points: points[:, 0]).parts
     assert part.is_valid
     assert len(part.interiors) == 2
 
@@ -223,7 +223,7 @@ def test_a_ring_that_cannot_have_less_detail_keeps_others_from_nothing():
     spit = shapely.Polygon(np.vstack([np.column_stack([x, wave]), np.column_stack([x, wave + 1e-4])[::-1]]))
     write([spit, shapely.Point(30, 30).buffer(8, quad_segs=200)])
     keys = case(detail=3).domain
-    (part,) = fitted(sea_in_box(keys), keys, lambda points: points[:, 0]).parts
+    (part,) = fitted_sea(sea_in_box(keys), keys, lambda points: points[:, 0]).parts
     assert part.is_valid
     assert min(len(ring.coords) for ring in part.interiors) < 40
 
@@ -237,7 +237,7 @@ def test_a_shore_keeps_its_points_near_a_crossing_only():
     land = np.vstack([mainland, *spit])
     write([shapely.Polygon(land)])
     keys = case(detail=0.5).domain
-    (part,) = fitted(sea_in_box(keys), keys, lambda points: points[:, 0]).parts
+    (part,) = fitted_sea(sea_in_box(keys), keys, lambda points: points[:, 0]).parts
     assert part.is_valid
     (ring,) = part.interiors
     left = shapely.get_coordinates(ring)

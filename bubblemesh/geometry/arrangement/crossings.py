@@ -144,7 +144,7 @@ def coincident(boundary: Boundary, pairs: NearChords, size: float) -> Booleans:
     """Mask (m,) of the pairs of two curves that have a stretch in common, however each of them is made.
 
     The test is whether the middle and an end of the first chord are on the second curve. Curves that only touch
-    separate within half a chord, or are so similar that `require_room` refuses them.
+    separate within half a chord, or are so similar that `require_separation` refuses them.
     """
     result = np.zeros(len(pairs.p), bool)
     curved = boundary.curved[pairs.p] & boundary.curved[pairs.q] & (pairs.p != pairs.q)

@@ -33,10 +33,10 @@ def noded(boundary: Boundary, size: float, fixed: int, parts: InnerParts) -> Bou
     not on it.
     """
     none = np.zeros(0, np.int64)
-    boundary = cut(boundary, CutPoints(none, np.zeros(0), np.zeros((0, 2))), size, fixed)
-    boundary = cut(boundary, _meetings(boundary, size, parts), size, fixed)
+    boundary = with_cuts(boundary, CutPoints(none, np.zeros(0), np.zeros((0, 2))), size, fixed)
+    boundary = with_cuts(boundary, _meetings(boundary, size, parts), size, fixed)
     chords = chord_boxes(boundary, size)
-    boundary = cut(boundary, _corners_on_pieces(boundary, chords, size, fixed, parts), size, fixed)
+    boundary = with_cuts(boundary, _corners_on_pieces(boundary, chords, size, fixed, parts), size, fixed)
     _require_apart(boundary.corners, size, fixed, parts)
     return boundary
 
@@ -74,7 +74,7 @@ def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixe
     return CutPoints(piece[found], s[found], target[found])
 
 
-def cut(boundary: Boundary, cuts: CutPoints, size: float, fixed: int) -> Boundary:
+def with_cuts(boundary: Boundary, cuts: CutPoints, size: float, fixed: int) -> Boundary:
     """The boundary with its pieces cut, at existing corners if there are any in these places."""
     count = len(boundary.corners)
     corners, number = _clustered(np.vstack([boundary.corners, cuts.points]), TOUCHING * size, fixed)

@@ -10,7 +10,14 @@ from bubblemesh.arrays import Booleans, Floats, turned_left
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
-from bubblemesh.geometry.arrangement.regions import InnerParts, Region, areas_of, region_at, require_apart, slack_of
+from bubblemesh.geometry.arrangement.regions import (
+    InnerParts,
+    Region,
+    region_at,
+    region_polygons,
+    require_regions_apart,
+    slack_of,
+)
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
@@ -39,10 +46,10 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     _require_inside(parts, outlines, polygon)
     whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
     whole = noded(whole, size, len(boundary.corners), parts)
-    areas = areas_of(whole, parts)
-    require_apart(areas, [region.name for region in parts.regions], slack_of(whole, parts, size))
+    areas = region_polygons(whole, parts)
+    require_regions_apart(areas, [region.name for region in parts.regions], slack_of(whole, parts, size))
     whole = without_doubles(whole, TOUCHING * size)
-    whole = clipped(whole, parts.points, TOUCHING * size)
+    whole = clipped_to_domain(whole, parts.points, TOUCHING * size)
     _require_lines(whole, parts.lines)
     whole = _sided(whole, areas)
     _require_seen(whole, parts.regions)
@@ -88,7 +95,7 @@ def without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
     return boundary.select(np.flatnonzero(keep))
 
 
-def clipped(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
+def clipped_to_domain(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
     """The boundary without inner pieces outside the domain, and without the corners that only these had.
 
     GeometryError if an embedded point is outside, or where another one is.

@@ -131,7 +131,7 @@ class InnerParts:
         return np.array([0, *(number[region.name] for region in self.regions)])
 
 
-def areas_of(boundary: Boundary, parts: InnerParts) -> list[shapely.Polygon]:
+def region_polygons(boundary: Boundary, parts: InnerParts) -> list[shapely.Polygon]:
     """The regions as polygons of the chords of the noded pieces, so that common sides are the same in each."""
     chords = boundary.chords()
     path = -1 - boundary.ring[chords.piece]
@@ -154,7 +154,7 @@ def slack_of(boundary: Boundary, parts: InnerParts, size: float) -> Floats:
     return np.asarray(total[1:], float)
 
 
-def require_apart(areas: Sequence[shapely.Polygon], names: Sequence[str], slack: Floats) -> None:
+def require_regions_apart(areas: Sequence[shapely.Polygon], names: Sequence[str], slack: Floats) -> None:
     """Check that regions overlap only by one being inside the other; GeometryError with the names and a place."""
     shapes = np.array(areas, dtype=object)
     i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")

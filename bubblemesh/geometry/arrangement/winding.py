@@ -25,7 +25,7 @@ FILL_RULES: Mapping[FillRule, Callable[[Integers], Booleans]] = {
 }
 
 
-def enclosed(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
+def enclosed_areas(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
     """Areas that rings enclose by a rule, with the rings' curves cut where they cross.
 
     GeometryError, with the place, if curves are next to each other, but not the same.

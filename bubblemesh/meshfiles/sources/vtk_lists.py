@@ -11,7 +11,7 @@ from bubblemesh.files import read_bytes
 from bubblemesh.meshfiles.containment import Unpacking
 from bubblemesh.meshfiles.groups import GLOBAL_NODE
 from bubblemesh.meshfiles.sources.source import Block, Source
-from bubblemesh.meshfiles.sources.vtu import Piece, joined, pieces_of
+from bubblemesh.meshfiles.sources.vtu import Piece, joined_pieces, pieces_of
 
 MOST_FILES = 10_000  # of one grid
 
@@ -21,7 +21,7 @@ def read_pvtu(path: Path) -> Source:
 
     Nodes with the same ``GlobalNodeId`` become one, if all that have it are in the same place.
     """
-    source = joined(_pieces(files_of_pvtu(path)))
+    source = joined_pieces(_pieces(files_of_pvtu(path)))
     ids = source.point_data.get(GLOBAL_NODE, np.zeros(0))
     if ids.dtype.kind not in "iu" or len(ids) != len(source.points):
         return source
@@ -39,7 +39,7 @@ def read_pvd(path: Path) -> Source:
     # Each process may have a part of its own; a first file of the same time and part may hold the mesh alone.
     parts = [part for file in files for part in (files_of_pvtu(file) if file.suffix.lower() == ".pvtu" else [file])]
     notes = (f"holds {times} times: the last one, {last:g}, is read",) if times > 1 else ()
-    return replace(joined(_pieces(parts)), notes=notes)
+    return replace(joined_pieces(_pieces(parts)), notes=notes)
 
 
 def files_of_pvd(path: Path) -> list[Path]:

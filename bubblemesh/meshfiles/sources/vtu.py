@@ -30,10 +30,10 @@ NO_WHITESPACE = str.maketrans("", "", " \t\r\n")
 
 def read_vtu(path: Path) -> Source:
     """All pieces of a grid as one; FileError if the file cannot be read, LimitError if its data are too large."""
-    return joined(pieces_of(path, Unpacking()))
+    return joined_pieces(pieces_of(path, Unpacking()))
 
 
-def joined(pieces: list["Piece"]) -> Source:
+def joined_pieces(pieces: list["Piece"]) -> Source:
     """Pieces of a grid as one, each with its own nodes, and with the data that all pieces have."""
     if not pieces:
         raise FileError("holds no pieces of a grid")

@@ -8,10 +8,10 @@ import numpy as np
 from bubblemesh.arrays import unmasked
 
 
-def plain(value: Any) -> Any:
+def plain_value(value: Any) -> Any:
     """The value with Python's numbers and lists in place of NumPy's, also within mappings and lists."""
     if isinstance(value, Mapping):
-        return {key: plain(each) for key, each in value.items()}
+        return {key: plain_value(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(each) for each in value]
+        return [plain_value(each) for each in value]
     return unmasked(value).tolist() if isinstance(value, np.ndarray | np.generic) else value

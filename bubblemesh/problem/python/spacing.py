@@ -11,7 +11,7 @@ from bubblemesh.case.spacing import Value, checked_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.distance.distances import distance_to_labels
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.python.numbers import plain
+from bubblemesh.problem.python.numbers import plain_value
 from bubblemesh.problem.spacing import SpacingRequest, spacing_request
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
@@ -26,7 +26,7 @@ def spacing_of(spacing: SpacingLike, domain: Domain, others: Sequence[Value] = (
     ``others`` are values beside it that may name its rasters.
     """
     if isinstance(spacing, Mapping):
-        return spacing_request(checked_terms(plain(spacing)), domain, others=others)
+        return spacing_request(checked_terms(plain_value(spacing)), domain, others=others)
     term: Term = _CheckedFunction(spacing) if callable(spacing) else _expression(spacing, domain)
     return SpacingRequest(partial(_scaled, term))
 

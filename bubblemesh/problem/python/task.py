@@ -14,7 +14,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.configure import OptionError, configured
 from bubblemesh.packing.method import Method
 from bubblemesh.problem.problem import Task
-from bubblemesh.problem.python.numbers import plain
+from bubblemesh.problem.python.numbers import plain_value
 from bubblemesh.records import record
 
 if TYPE_CHECKING:
@@ -47,11 +47,11 @@ class MeshOptions:
 
     def metrics(self) -> tuple[AnyMetric, ...]:
         """Metrics as a case file has them, if there are any; CaseError if a key of one is wrong."""
-        return () if self.metric is None else metric_entries(plain(self.metric))
+        return () if self.metric is None else metric_entries(plain_value(self.metric))
 
     def ladders(self, domain: Domain) -> "tuple[Ladder, ...]":
         """Boundary layers in the domain; CaseError if a key or a label of one is wrong."""
-        entries = plain(self.layers)
+        entries = plain_value(self.layers)
         if entries == []:
             return ()
         # Imported here since few meshes have layers.
@@ -94,8 +94,10 @@ class MeshOptions:
 
     def _method(self) -> Method:
         """The method with its options; ``seed`` and ``effort`` are short for those of ``packing``."""
-        short = {key: plain(each) for key, each in (("seed", self.seed), ("effort", self.effort)) if each is not None}
-        packing, schedule = plain(self.packing or {}), plain(self.schedule or {})
+        short = {
+            key: plain_value(each) for key, each in (("seed", self.seed), ("effort", self.effort)) if each is not None
+        }
+        packing, schedule = plain_value(self.packing or {}), plain_value(self.schedule or {})
         for key in short.keys() & packing.keys():
             raise CaseError(f"{key}: is given twice, also as packing[{key!r}]: drop one of them")
         try:

@@ -67,7 +67,7 @@ def open_sea(
     """Parts of the sea that are open and large, without small islands; GeometryError, with the advice, if none is."""
     found, notes = polygons_of(sea), list(told)
     rim = shapely.MultiLineString([shapely.LineString(side) for side in sides])
-    size = size_of(sides)
+    size = box_size(sides)
     opened = [part for part in found if part.boundary.intersection(rim.buffer(ON_SIDE * size)).length > 1e-3 * size]
     closed = len(found) - len(opened)
     if closed:
@@ -87,14 +87,14 @@ def open_sea(
     return Sea(sorted(parts, key=lambda part: -part.area), tuple(sides), tuple(notes))
 
 
-def size_of(sides: Sequence[Floats]) -> float:
+def box_size(sides: Sequence[Floats]) -> float:
     """Length of the longer sides of a box, by its sides (n, 2) in the plane."""
     return float(max(np.ptp(np.vstack(sides), axis=0)))
 
 
 def side_of_box(ring: Floats, sides: Sequence[Floats]) -> Integers:
     """Number (n,) of the side of the box that each side of a ring (n, 2) is on; -1 for those of the shore."""
-    near_enough = ON_SIDE * size_of(sides)
+    near_enough = ON_SIDE * box_size(sides)
     ends = np.roll(ring, -1, axis=0)
     found = np.full(len(ring), -1)
     for number, side in enumerate(sides):

@@ -6,7 +6,7 @@ import shapely
 from bubblemesh.arrays import Floats, members
 from bubblemesh.geometry.nesting import polygons_of
 from bubblemesh.messages import counted
-from bubblemesh.problem.shoreline.box import Sea, open_sea, size_of
+from bubblemesh.problem.shoreline.box import Sea, box_size, open_sea
 from bubblemesh.problem.shoreline.thinning import SpacingAt
 
 SLIVER = 0.25  # of the square of the narrowest width: smaller narrow parts are corners
@@ -23,7 +23,7 @@ def without_narrow(sea: Sea, spacing: SpacingAt, narrowest: float, smallest: flo
     the spacing is at that point.
     """
     shape = shapely.union_all(sea.parts)
-    size = size_of(sea.sides)
+    size = box_size(sea.sides)
 
     def half_width(points: Floats) -> Floats:
         return np.maximum(narrowest / 2 * spacing(points), LEAST_WIDTH * size)

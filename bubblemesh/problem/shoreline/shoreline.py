@@ -9,7 +9,7 @@ from bubblemesh.problem.shoreline.simplification import simplified
 from bubblemesh.problem.shoreline.thinning import ShoreDetail, SpacingAt
 
 
-def fitted(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
+def fitted_sea(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
     """The sea without narrow channels and with the detail that a spacing can show."""
     shore = keys.shoreline
     if shore.narrowest is not None:

@@ -65,7 +65,7 @@ def is_grid(path: Path) -> bool:
     return path.suffix.lower() in GRIDS
 
 
-def completed(values: Floats) -> tuple[Floats, float]:
+def filled_from_nearest(values: Floats) -> tuple[Floats, float]:
     """The values (r, c), with missing ones replaced by that of the nearest pixel, and the share of missing ones.
 
     CaseError if all are missing.

@@ -9,7 +9,7 @@ import numpy as np
 
 from bubblemesh.messages import counted, just_above, shown
 from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, vertices_of
-from bubblemesh.readers.rings.joining import Joining, extent, meeting, to_next
+from bubblemesh.readers.rings.joining import Joining, longer_side, meeting, to_next
 
 SMALL = 0.05  # of the drawing's size: wider gaps are not slips of the pen
 MOST_LAYERS = 10  # that one message lists
@@ -110,7 +110,7 @@ def _gap_to_close(curves: Sequence[CompoundCurve], joining: Joining) -> str | No
     loose = ends[np.bincount(node)[node] == 1]
     if len(loose) < 2:
         return None
-    gaps, widest = np.sort(to_next(loose)), SMALL * extent(open_)
+    gaps, widest = np.sort(to_next(loose)), SMALL * longer_side(open_)
     narrow = gaps[gaps <= widest]
     if len(narrow) == 0:
         return None

@@ -68,7 +68,7 @@ def _closed(curves: Sequence[CompoundCurve], joining: Joining) -> tuple[list[lis
     if not curves:
         return closed, []
     ends, node, notes = *meeting(curves, joining.reach), list[str]()
-    rounding = JOIN * extent(curves)
+    rounding = JOIN * longer_side(curves)
     if joining.skip:
         kept = on_rings(node.reshape(-1, 2))
         notes += _skipped([curve for curve, keep in zip(curves, kept.tolist(), strict=True) if not keep])
@@ -90,7 +90,7 @@ def _closed(curves: Sequence[CompoundCurve], joining: Joining) -> tuple[list[lis
 def meeting(curves: Sequence[CompoundCurve], reach: float | None) -> tuple[Floats, Integers]:
     """Ends (2m, 2) of open curves, two of each, and the number (2m,) of the place where each meets others."""
     ends = np.array([point for curve in curves for point in (curve.start, curve.end)], float)
-    return ends, _clustered(ends, JOIN * extent(curves) if reach is None else reach)
+    return ends, _clustered(ends, JOIN * longer_side(curves) if reach is None else reach)
 
 
 def _skipped(curves: Sequence[CompoundCurve]) -> list[str]:
@@ -102,7 +102,7 @@ def _skipped(curves: Sequence[CompoundCurve]) -> list[str]:
     return [f"{counted(len(curves), 'open curve')} left out, {which} {places}"]
 
 
-def extent(curves: Sequence[CompoundCurve]) -> float:
+def longer_side(curves: Sequence[CompoundCurve]) -> float:
     """The longer side of the box around all points that define the curves."""
     points = [curve.start for curve in curves]
     for piece in (piece for curve in curves for piece in curve.pieces):

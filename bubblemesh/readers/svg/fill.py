@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, ring_area
 from bubblemesh.errors import GeometryError, LimitError
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.arrangement.winding import FILL_RULES, FillRule, enclosed, winding_numbers
+from bubblemesh.geometry.arrangement.winding import FILL_RULES, FillRule, enclosed_areas, winding_numbers
 from bubblemesh.geometry.nesting import enclosures
 from bubblemesh.geometry.paths import Area, Ring, outlines
 from bubblemesh.messages import counted
@@ -50,7 +50,7 @@ def filled(loops: Sequence[CompoundCurve], rule: FillRule) -> FilledShape:
     bounding = [loop for loop, points in zip(loops, copies, strict=True) if np.ptp(points, axis=0).any()]
     straight = ""
     try:
-        areas = enclosed(rule, [loop.ring for loop in bounding]) if bounding else []
+        areas = enclosed_areas(rule, [loop.ring for loop in bounding]) if bounding else []
     except GeometryError as error:
         areas = _enclosed_by_chords(copies, rule, loops[0].pieces[0].label)
         straight = f" of straight lines, since {error}"

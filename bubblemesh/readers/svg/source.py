@@ -72,7 +72,7 @@ def view_box(element: Element) -> tuple[float, float, float, float] | None:
     return (numbers[0], numbers[1], numbers[2], numbers[3]) if len(numbers) == 4 else None
 
 
-def checked(content: bytes) -> Element:
+def checked_drawing(content: bytes) -> Element:
     """The root of a drawing, after a check that all of it can be read.
 
     CaseError, with the element and line, if numbers, paths or transforms are invalid or an element uses itself;

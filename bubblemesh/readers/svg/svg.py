@@ -15,7 +15,7 @@ from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, FeatureC
 from bubblemesh.readers.svg.curves import curves_of
 from bubblemesh.readers.svg.fill import FLAT, area_of, filled
 from bubblemesh.readers.svg.size import physical_length, stretch
-from bubblemesh.readers.svg.source import checked
+from bubblemesh.readers.svg.source import checked_drawing
 from bubblemesh.readers.svg.tree import Around, Drawing, Drawn, shapes
 
 NO_PAINT = ("none", "transparent")
@@ -27,7 +27,7 @@ def read_svg(path: Path) -> FeatureCollection:
     Each subpath is a curve. Open subpaths of filled shapes are closed, and the fill rule decides which curves bound
     areas. FileError or CaseError with the element.
     """
-    root = checked(read_bytes(path))
+    root = checked_drawing(read_bytes(path))
     with foreign("not a valid drawing", "correct it"):
         return _features(Drawing.of(root))
 

@@ -7,7 +7,7 @@ from scipy.io import netcdf_file
 
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.readers.grids import grids
-from bubblemesh.readers.grids.grids import completed, read_grid, system_of
+from bubblemesh.readers.grids.grids import filled_from_nearest, read_grid, system_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of rasterio's own
 X, Y = np.linspace(-7, 2, 91), np.linspace(49, 57, 81)
@@ -138,12 +138,12 @@ def test_packed_values_are_unpacked_and_missing_ones_are_told(tmp_path):
     classic(tmp_path / "a.nc", z=packed, kind="i2", scale_factor=0.5, _FillValue=np.int16(-32768))
     grid = read_grid(tmp_path / "a.nc", "depth", BOX)
     assert np.isnan(grid.values[:, grid.x > -2.45]).all()
-    values, share = completed(grid.values)
+    values, share = filled_from_nearest(grid.values)
     assert 0.3 < share < 0.7
     east = np.flatnonzero(grid.x < -2.55).max()
     np.testing.assert_array_equal(values[:, -1], grid.values[:, east])
     with pytest.raises(CaseError, match="has no values around the domain"):
-        completed(np.full((3, 3), np.nan))
+        filled_from_nearest(np.full((3, 3), np.nan))
 
 
 def test_values_of_geotiff_have_their_scale_and_offset(tmp_path):
