@@ -52,7 +52,7 @@ ATTEMPTS, CLOSE = 4, 0.02  # at a metric that needs so many nodes as are wanted,
 MISSED = 0.25  # the same that is no such metric
 MOST_ASPECT = 1000.0
 MOST_TIMES = 16.0  # the nodes of the mesh before
-FEWEST = 4.0  # nodes, of a solution without any error
+FEWEST_NODES = 4.0  # nodes, of a solution without any error
 FINEST, COARSEST = 1e-6, 0.2  # sizes, of the domain's size, if the case does not say
 SAME = 0.1  # relative change of sizes that is not made: estimates of single triangles are no more exact
 TINY = float(np.finfo(float).tiny)
@@ -187,7 +187,7 @@ def _next_in_metric(
     nodes, told = float(target.nodes or terms.nodes or len(points)), list[str]()
     if target.error is not None:
         times = (estimate.relative / target.error) ** 2
-        nodes = max(len(points) * min(times, MOST_TIMES), FEWEST)
+        nodes = max(len(points) * min(times, MOST_TIMES), FEWEST_NODES)
         if times > MOST_TIMES:
             told.append(
                 f"an error of {target.error:g} needs more nodes: this mesh has {MOST_TIMES:g} times as many as the one "

@@ -13,9 +13,9 @@ from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, intersect
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
 
-FLATTEST = 1e-6  # least second derivative in terms of the largest one in the domain
+LEAST_DERIVATIVE = 1e-6  # least second derivative in terms of the largest one in the domain
 NOISE = 1e-14  # the same in terms of the largest value over the square of a triangle's size: less is rounding
-HALVINGS = 60  # of an interval that holds a scale
+SCALE_HALVINGS = 60  # of an interval that holds a scale
 TURNS, ALIKE = 8, 1.02  # across periodic sides, at most, and times that sizes may differ in the end
 PER_NODE = np.sqrt(3) / 2  # area of a perfect packing, in the metric
 
@@ -56,7 +56,7 @@ def best_metric(points: Floats, triangles: Integers, values: Floats, part: Integ
     first, second, direction = _positive(hessians(points, triangles, values))
     size = np.sqrt(np.abs(signed_areas(points, triangles)).mean())
     noise = NOISE * float(np.abs(values).max()) / size**2
-    least = max(FLATTEST * float(first.max()), noise, np.finfo(float).tiny ** 0.25)
+    least = max(LEAST_DERIVATIVE * float(first.max()), noise, np.finfo(float).tiny ** 0.25)
     first, second = np.maximum(first, least), np.maximum(second, least)
     tensors = symmetric(first, second, direction) * ((first * second) ** (-1 / 6))[:, None]
     return tensors / area_in(points, triangles, tensors)
@@ -91,7 +91,7 @@ def scaled_for(
     """
     low, high = -80.0, 80.0  # of the factor's logarithm
     start = nodes * PER_NODE / area_in(points, triangles, tensors)
-    for _ in range(HALVINGS):
+    for _ in range(SCALE_HALVINGS):
         middle = (low + high) / 2
         limited = _limited(np.exp(middle) * start * tensors, sizes, aspect)
         if area_in(points, triangles, limited) > nodes * PER_NODE:

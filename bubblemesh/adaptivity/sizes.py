@@ -9,7 +9,7 @@ from bubblemesh.meshes.quality import signed_areas
 
 FINER, COARSER = 1 / 16, 2.0  # of the present size in one go: an estimate tells little about sizes far from it
 TRIANGLES_PER_NODE = 2
-NEGLIGIBLE = 1e-12  # relative error, which may be rounding alone
+NEGLIGIBLE_ERROR = 1e-12  # relative error, which may be rounding alone
 SMOOTHINGS = 5
 TINY = np.finfo(float).tiny
 
@@ -62,7 +62,7 @@ def _even(estimate: Estimate, sizes: Floats, each: float, factor: float) -> Floa
     By how much all change alike is ``factor``; where there is no error they become as large as they may.
     """
     largest = COARSER * max(factor, 1.0)
-    if estimate.relative <= NEGLIGIBLE:
+    if estimate.relative <= NEGLIGIBLE_ERROR:
         return largest * sizes
     with np.errstate(divide="ignore"):
         times = np.sqrt(each / estimate.indicators)

@@ -16,7 +16,7 @@ from bubblemesh.process.limits import enter
 from bubblemesh.records import record
 
 ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary
-ROUNDING = 16 * float(np.finfo(float).eps)  # of values, in terms of the largest one
+VALUE_ROUNDING = 16 * float(np.finfo(float).eps)  # of values, in terms of the largest one
 MISMATCH = 0.15  # area beside a boundary edge in terms of its length's square: more than under an arc of 90 degrees
 
 
@@ -58,7 +58,7 @@ class Solution:
     def constant(self) -> bool:
         """Whether each component is the same at all points, but for rounding."""
         values = self.values / self.unit
-        return bool((np.ptp(values, axis=0) <= ROUNDING * np.abs(values).max(axis=0)).all())
+        return bool((np.ptp(values, axis=0) <= VALUE_ROUNDING * np.abs(values).max(axis=0)).all())
 
     @classmethod
     def of(cls, points: Floats, triangles: Integers, values: Floats, name: str = "u") -> "Solution":

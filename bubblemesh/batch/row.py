@@ -34,7 +34,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = {
     "peak_memory_mb": ("peak_memory_mb",),
 }
 # Types of the values in a line of JSON, in their order there.
-KINDS: Mapping[str, Any] = {
+COLUMN_KINDS: Mapping[str, Any] = {
     "case": str,
     "source": str,
     "sweep": dict,
@@ -52,7 +52,7 @@ KINDS: Mapping[str, Any] = {
     "files": dict,
     "traceback": str | None,
 }
-COLUMNS = [name for name in KINDS if name not in ("inputs", "files", "traceback")]  # of the table
+COLUMNS = [name for name in COLUMN_KINDS if name not in ("inputs", "files", "traceback")]  # of the table
 
 
 def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
@@ -107,10 +107,10 @@ class Row:
         try:
             data = json.loads(line)
             figures = FIGURES if data["nodes"] is not None else ()
-            values = {key: data[key] for key in KINDS if key in figures or key not in FIGURES}
+            values = {key: data[key] for key in COLUMN_KINDS if key in figures or key not in FIGURES}
         except (ValueError, KeyError, TypeError, RecursionError):
             return None
-        if not all(isinstance(value, KINDS[key]) for key, value in values.items()):
+        if not all(isinstance(value, COLUMN_KINDS[key]) for key, value in values.items()):
             return None
         values["warnings"] = tuple(values["warnings"])
         return cls(figures={key: values.pop(key) for key in figures}, **values)
@@ -122,7 +122,7 @@ class Row:
     @cached_property
     def _values(self) -> Mapping[str, Any]:
         values = {**vars(self), **dict.fromkeys(FIGURES), **self.figures}
-        return dict(json_ready({key: values[key] for key in KINDS}))
+        return dict(json_ready({key: values[key] for key in COLUMN_KINDS}))
 
     def line(self) -> str:
         """Line of JSON."""

@@ -76,15 +76,15 @@ class FieldMetric(MetricTerm, DataTerm):
     )
 
 
-KINDS = Choice("a mapping", ("angle", "m11", "like", "file"))
+METRIC_KINDS = Choice("a mapping", ("angle", "m11", "like", "file"))
 
 AnyMetric = Annotated[
     Annotated[DirectedMetric, Tag("<angle>")]
     | Annotated[TensorMetric, Tag("<m11>")]
     | Annotated[WallMetric, Tag("<like>")]
     | Annotated[FieldMetric, Tag("<file>")],
-    Discriminator(KINDS.tag),
-    BeforeValidator(KINDS.checked),
+    Discriminator(METRIC_KINDS.tag),
+    BeforeValidator(METRIC_KINDS.checked),
 ]
 
 

@@ -15,7 +15,7 @@ from bubblemesh.records import record
 
 WIDEST_JOIN = 0.02  # of the size of all: shapes farther apart are not neighbours
 NEAREST = 8  # nearest vertices that are searched for one onto which a vertex moves
-HALVINGS = 12  # of the interval that contains the width of an overlap
+WIDTH_HALVINGS = 12  # of the interval that contains the width of an overlap
 INNERMOST = 1e-6  # share of an area that may be outside of the area around it
 
 
@@ -243,7 +243,7 @@ def widths(shapes: Shapes) -> Floats:
     area = shapely.area(shapes)
     low, high = area / np.maximum(shapely.length(shapes), 1e-300), np.sqrt(area / np.pi) * (1 + 1e-9)
     low, high = np.minimum(low, high), np.maximum(high, 1e-300)
-    for _ in range(HALVINGS):
+    for _ in range(WIDTH_HALVINGS):
         middle = np.sqrt(np.maximum(low, 1e-300) * high)
         gone = shapely.is_empty(shapely.buffer(shapes, -middle, quad_segs=2))
         low, high = np.where(gone, low, middle), np.where(gone, middle, high)

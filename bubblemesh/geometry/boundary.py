@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once
+from bubblemesh.arrays import ROUNDING, Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.curves import Family, Lines
 from bubblemesh.geometry.paths import CurveSection, OpenPath, Point, Ring, WholeCurve, family
-from bubblemesh.geometry.tracks import ROUNDING, CurveNodes, Tracks
+from bubblemesh.geometry.tracks import CurveNodes, Tracks
 from bubblemesh.records import record
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")

@@ -27,7 +27,7 @@ class CornerFans(NamedTuple):
 
         A difference that is due to rounding counts as 0, not as a full turn.
         """
-        return np.mod(self.direction[other] - self.direction + ROUNDING, 2 * np.pi) - ROUNDING
+        return np.mod(self.direction[other] - self.direction + ANGLE_ROUNDING, 2 * np.pi) - ANGLE_ROUNDING
 
     def within(self, boundary: Boundary) -> Booleans:
         """Mask (m,) of the ends with the domain between them and the next one.
@@ -37,7 +37,7 @@ class CornerFans(NamedTuple):
         return (self.forward | boundary.inner[self.piece]) & (self.following != np.arange(len(self.piece)))
 
 
-ROUNDING = 1e-6  # radians
+ANGLE_ROUNDING = 1e-6  # radians
 
 
 def corner_fans(boundary: Boundary) -> CornerFans:

@@ -28,7 +28,7 @@ from bubblemesh.messages import meant, own_places, ring_name, tell_places_of
 from bubblemesh.records import Uncached, record
 
 FEWER = 0.5  # edges that vertical lines meet in terms of those that horizontal ones do, to look along vertical ones
-AT_A_TIME = 1 << 13  # points: a late run can end between two calls
+LOCATED_AT_A_TIME = 1 << 13  # points: a late run can end between two calls
 
 
 class Held(NamedTuple):
@@ -278,9 +278,9 @@ class Domain(Uncached):
         """Mask (m,) of the points (m, 2) inside, to the accuracy of the polygonal copy."""
         area, first = (self.polygon, 0) if self._mirrored is None else (self._mirrored, 1)
         inside = np.empty(len(points), bool)
-        for begin in range(0, len(points), AT_A_TIME):
-            part = points[begin : begin + AT_A_TIME]
-            inside[begin : begin + AT_A_TIME] = shapely.contains_xy(area, part[:, first], part[:, 1 - first])
+        for begin in range(0, len(points), LOCATED_AT_A_TIME):
+            part = points[begin : begin + LOCATED_AT_A_TIME]
+            inside[begin : begin + LOCATED_AT_A_TIME] = shapely.contains_xy(area, part[:, first], part[:, 1 - first])
         return inside
 
     @cached_property

@@ -7,7 +7,7 @@ import shapely
 
 from bubblemesh.geometry.nesting import Shapes, polygons_of
 
-FLAT = 1e-6  # of a gap's square: strips of less area are due to rounding
+FLAT_STRIP = 1e-6  # of a gap's square: strips of less area are due to rounding
 LONG = 10  # least length, in gaps, of a strip that begins where its areas touch in a point
 AROUND = 8  # times its reach: distance of a strip from points where others touch, more than its corners need
 
@@ -27,7 +27,7 @@ def strips_between(
         both = shapely.union_all([polygons[a], polygons[b]])
         closed = _closed(shapely.MultiPolygon([polygons[a], polygons[b]]), gap)
         for strip in polygons_of(shapely.difference(closed, both)):
-            if strip.area > FLAT * gap * gap and _is_between(strip, polygons[a], polygons[b], gap, reach):
+            if strip.area > FLAT_STRIP * gap * gap and _is_between(strip, polygons[a], polygons[b], gap, reach):
                 reaching = shapely.buffer(strip, reach, join_style="mitre")
                 # It must not reach over a point in which another polygon touches one of both.
                 others = np.setdiff1d(tree.query(reaching, predicate="intersects"), [a, b])

@@ -7,7 +7,18 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, median, members, select, taken, turned_left
+from bubblemesh.arrays import (
+    ROUNDING,
+    Booleans,
+    Floats,
+    Integers,
+    concatenated,
+    median,
+    members,
+    select,
+    taken,
+    turned_left,
+)
 from bubblemesh.geometry.boundary import Chords
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.domain import Domain
@@ -15,7 +26,6 @@ from bubblemesh.geometry.segments import segments_meet
 from bubblemesh.records import record
 
 BEND = 1.5  # length along a line over the distance, above which it counts as another wall; half a circle: pi / 2
-ROUNDING = 1e-9  # of a line's length
 WEDGE = 2.0  # widths: lines that meet are not walls of a gap so near to their meeting point
 PARALLEL = np.cos(np.radians(15))  # lines that meet at a larger angle are not walls of a gap either
 SHARPEST_BEND = np.cos(np.radians(120))  # of lines that just go on, without a tip

@@ -27,7 +27,7 @@ from bubblemesh.records import record
 GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another one is given
 THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
 OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into what is beside it
-HALVINGS = 8  # of a tolerance, until no vertex is farther off than allowed
+TOLERANCE_HALVINGS = 8  # of a tolerance, until no vertex is farther off than allowed
 
 
 @record
@@ -347,7 +347,7 @@ def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -
     if not shapely.is_valid(given).all() or not shapely.coverage_is_valid(given):
         raise GeometryError("simplify: the rings cross, or the areas overlap: set repair: true as well")
     points = shapely.get_coordinates(given)
-    for tolerance in length * 0.5 ** np.arange(HALVINGS):
+    for tolerance in length * 0.5 ** np.arange(TOLERANCE_HALVINGS):
         found = []
         for before, after in zip(given, _sparser(given, tolerance), strict=True):
             mixed = _with_curves_kept(before, after, work)

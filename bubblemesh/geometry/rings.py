@@ -15,7 +15,7 @@ from bubblemesh.messages import counted, listed, place, two_places
 
 # Relative difference of an arc's two radii: numbers typed with few digits are mended, other ones are mistakes.
 ARC_MISMATCH = 1e-3
-FLATTEST = 1e-7  # distance of an arc's ends in terms of its radius, below which rounding hides the arc
+FLATTEST_ARC = 1e-7  # distance of an arc's ends in terms of its radius, below which rounding hides the arc
 MOST_NAMED = 3  # duplicate points that are listed one by one
 
 
@@ -252,7 +252,7 @@ def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
         )
     if start != end:
         chord = q - p
-        if np.hypot(*chord) <= FLATTEST * max(radii):
+        if np.hypot(*chord) <= FLATTEST_ARC * max(radii):
             one, other = two_places(start, end)
             raise GeometryError(
                 f"the arc from {one} to {other} has a radius of {max(radii):.3g}, too large for ends so "

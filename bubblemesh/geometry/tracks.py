@@ -5,10 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import ROUNDING, Booleans, Floats, Integers
 from bubblemesh.geometry.curves import Family
-
-ROUNDING = 1e-9  # relative
 
 
 class CurveNodes(NamedTuple):

@@ -11,7 +11,7 @@ from bubblemesh.records import record
 
 TOLERANCE = 1e-6  # of the domain's size: largest error of an interpolated place
 FEWEST, MOST = 8, 1024  # cells along each side of the grid
-BEYOND = 0.05  # of the domain's size, on each side: what is compared over some length looks there
+OUTER_MARGIN = 0.05  # of the domain's size, on each side: what is compared over some length looks there
 
 Extent = tuple[float, float, float, float]
 Complex = NDArray[np.complex128]
@@ -82,7 +82,7 @@ class Unprojection:
         """A table twice as fine as one that is good enough; None if the finest one is not."""
         x0, y0, x1, y1 = self.bounds
         extent = max(x1 - x0, y1 - y0)
-        low, size = (x0 - BEYOND * extent, y0 - BEYOND * extent), (1 + 2 * BEYOND) * extent
+        low, size = (x0 - OUTER_MARGIN * extent, y0 - OUTER_MARGIN * extent), (1 + 2 * OUTER_MARGIN) * extent
         coarse, cells = _BilinearTable.of(self.plane, low, size, FEWEST), FEWEST
         while cells < MOST:
             cells *= 2

@@ -15,7 +15,7 @@ from bubblemesh.records import record
 
 SMALLEST_STEPS = 1e4  # between numbers of that size that a ring has to extend over
 CLEARLY = 0.1  # of the smaller of two holes: a larger common area is not due to rounding or chords of curves
-FLAT = 1e-12  # area over squared extent below which a ring encloses nothing
+FLAT_RING = 1e-12  # area over squared extent below which a ring encloses nothing
 
 
 def require_domain(copy: PolygonalCopy, names: Sequence[str], keys: Sequence[Key]) -> None:
@@ -85,7 +85,7 @@ def simple_polygon(outline: Floats, name: str) -> shapely.Polygon:
             f"{name} at {place(outline[0])} is smaller than {SMALLEST_EXTENT:g}: choose another unit of length"
         )
     polygon = shapely.Polygon(outline)
-    if polygon.convex_hull.area <= FLAT * extent**2:
+    if polygon.convex_hull.area <= FLAT_RING * extent**2:
         raise GeometryError(f"{name} at {place(outline[0])} encloses no area: its points lie on one line")
     if not polygon.is_valid:
         where = explained(polygon)[1]

@@ -25,7 +25,7 @@ from bubblemesh.packing.net import Net
 from bubblemesh.records import record
 
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
-FLAT = 175.0  # degrees: larger angles of the cells are told
+FLAT_ANGLE = 175.0  # degrees: larger angles of the cells are told
 FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
 MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not what makes sizes jump
 NEARLY = 0.05  # relative difference of a first height from the requested one
@@ -119,7 +119,7 @@ class LabelLayers:
     @property
     def flat(self) -> str | None:
         """Warning of triangles with an angle near 180 degrees, if there are any."""
-        if self.angle_max is None or self.angle_max["degrees"] <= FLAT:
+        if self.angle_max is None or self.angle_max["degrees"] <= FLAT_ANGLE:
             return None
         return (
             f"layers on {self.label!r}: a triangle of them at {place(self.angle_max['at'])} has an angle of "

@@ -8,11 +8,11 @@ from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
-FEWEST = 3  # layers, if so many are asked for: where there is no room for them they are compressed
+FEWEST_LAYERS = 3  # layers, if so many are asked for: where there is no room for them they are compressed
 LEAST = 0.02  # factor of compressed layers; below it there are none
 WIDEST = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
 PASSES = 1000
-ROUNDING = 1e-12  # relative: what is just as high as it may be is not lost by it
+HEIGHT_ROUNDING = 1e-12  # relative: what is just as high as it may be is not lost by it
 
 
 @record
@@ -42,7 +42,7 @@ def heights(columns: Columns, room: Floats, possible: Most) -> Heights:
     most, fitting = possible.count, layers_within(columns, room)
     requested = np.where(columns.are_isotropic, np.maximum(most, 1), columns.requested)
     bound = gradual(columns, np.where(columns.are_in_hollows, np.minimum(fitting, most), most))
-    few = np.minimum(FEWEST, most)
+    few = np.minimum(FEWEST_LAYERS, most)
     few[bound < few] = 0
     squeezed = np.clip(room / np.maximum(columns.tops(np.arange(len(columns)), few), 1e-300), 0, 1)
     squeezed[few == 0] = 1.0
@@ -53,7 +53,7 @@ def heights(columns: Columns, room: Floats, possible: Most) -> Heights:
 
 def layers_within(columns: Columns, height: Floats) -> Integers:
     """Number (c,) of the layers of each column that are no higher in all than some height (c,)."""
-    found, full = np.zeros(len(columns), np.int64), height / columns.scale * (1 + ROUNDING)
+    found, full = np.zeros(len(columns), np.int64), height / columns.scale * (1 + HEIGHT_ROUNDING)
     for number, ladder in enumerate(columns.ladders):
         mine = columns.ladder == number
         found[mine] = np.searchsorted(ladder.tops, full[mine], side="right") - 1
@@ -106,9 +106,9 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
                 wide = widest * np.maximum(spacing.stretch(middle, columns.up[going]), 1.0)
             else:
                 wide = np.maximum(widest, columns.spacing[going])
-            low = height <= np.minimum(wide, d) * (1 + ROUNDING)
+            low = height <= np.minimum(wide, d) * (1 + HEIGHT_ROUNDING)
             spaced[going[~low]] = most[going[~low]]
-            fits = low & (widest <= WIDEST * np.maximum(d, at_foot[going]) * (1 + ROUNDING))
+            fits = low & (widest <= WIDEST * np.maximum(d, at_foot[going]) * (1 + HEIGHT_ROUNDING))
             going = going[fits]
             if not len(going):
                 break

@@ -11,7 +11,7 @@ from bubblemesh.records import record
 
 MOST_LAYERS = 500  # that a case may ask for
 LEAST_GROWTH, LARGEST_GROWTH = 0.5, 4.0  # that are looked for
-HALVINGS = 60
+RATIO_HALVINGS = 60
 
 
 @record
@@ -87,7 +87,7 @@ def count_of(first: float, thickness: float, growth: float) -> int:
 def growth_of(first: float, count: int, thickness: float) -> float:
     """Growth by which so many layers, more than one, have a thickness in all."""
     low, high = LEAST_GROWTH, LARGEST_GROWTH
-    for _ in range(HALVINGS):
+    for _ in range(RATIO_HALVINGS):
         growth = (low + high) / 2
         low, high = (growth, high) if first * np.sum(growth ** np.arange(count)) < thickness else (low, growth)
     return (low + high) / 2

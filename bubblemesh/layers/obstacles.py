@@ -13,9 +13,9 @@ from bubblemesh.records import record
 
 Shapes = NDArray[np.object_]  # polygons or lines
 
-FLAT = 0.02  # least sine of an angle of a cell between a wall and a column
+FLAT_CELL = 0.02  # least sine of an angle of a cell between a wall and a column
 APART = 0.25  # least distance of strips of different walls, in terms of the lower one's height
-BESIDE = 0.5  # of a strip's lower height: so near to its foot is a wall without layers that goes on from its own
+BESIDE_FOOT = 0.5  # of a strip's lower height: so near to its foot is a wall without layers that goes on from its own
 NEAR = 2.0  # heights between the feet of strips: farther away they are of different walls
 OPEN = 0.3  # least distance of fronts around a bend, in terms of the shorter one's edges
 SHRUNK = 1 - 1e-6  # strips that have a side in common do not meet without their rims
@@ -97,7 +97,7 @@ class Obstacles:
         feet, ends = self.seen(strips.x[columns.foot[columns.pair[full]]]), np.stack([self.start, self.end], axis=1)
         joined = (feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
         # What lies beside the foot of a strip is its own wall, or one that goes on from that.
-        beside = np.where(self.layered[by], high[near], BESIDE * low[near])
+        beside = np.where(self.layered[by], high[near], BESIDE_FOOT * low[near])
         away = shapely.distance(shapely.linestrings(feet)[near], self.lines[by]) > beside
         point = (self.start == self.end).all(axis=1)[by]
         too_near = (point | away & ~joined) & self._is_apart(strips, full, near, by)
@@ -153,6 +153,6 @@ def badly_shaped(strips: Strips) -> Booleans:
         ahead, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
         area = cross(ahead, back)
         if cells.shape[1] == 4:
-            area = area - FLAT * np.hypot(*np.moveaxis(ahead, -1, 0)) * np.hypot(*np.moveaxis(back, -1, 0))
+            area = area - FLAT_CELL * np.hypot(*np.moveaxis(ahead, -1, 0)) * np.hypot(*np.moveaxis(back, -1, 0))
         wrong[pair[(area <= 0).any(axis=1)]] = True
     return wrong

@@ -4,7 +4,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.columns import Columns
-from bubblemesh.layers.heights import FEWEST, widest_beside
+from bubblemesh.layers.heights import FEWEST_LAYERS, widest_beside
 from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.sight import across
 from bubblemesh.layers.walls import Walls
@@ -22,7 +22,7 @@ def room(columns: Columns, walls: Walls, obstacles: Obstacles, most: Integers) -
     """Heights (c,) above the wall up to which columns of ``most`` (c,) layers may go."""
     # By the spacing at the foot it changes gradually along the wall, as the number of layers need not. Where that is
     # too small for layers the columns beside have fewer, but not compressed ones.
-    every, few = np.arange(len(columns)), np.minimum(FEWEST, columns.requested)
+    every, few = np.arange(len(columns)), np.minimum(FEWEST_LAYERS, columns.requested)
     thickness = np.maximum.reduce([columns.thickness, columns.tops(every, most), columns.tops(every, few)])
     height = np.where(columns.ends, 0.0, thickness)
     narrowest = _between_neighbours(columns)

@@ -12,7 +12,7 @@ from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
 from bubblemesh.spacing.rules.sources import Sources
 
-FLAT = np.radians(145)  # largest angle of a triangle that is halved
+WIDEST_HALVED = np.radians(145)  # largest angle of a triangle that is halved
 TINY = np.finfo(float).tiny
 LOW_FAN = 0.2  # of the spacing at its foot: shorter edges of a fan's front have the edges of the wall grow from there
 
@@ -96,7 +96,7 @@ class Strips:
         first, last = np.moveaxis(self.x[self.fronts], 1, 0)
         along, down = last - first, below - (first + last) / 2
         cosine = np.abs((along * down).sum(axis=1)) / np.maximum(np.hypot(*along.T) * np.hypot(*down.T), TINY)
-        return self.stepped & (cosine > -np.cos(FLAT))
+        return self.stepped & (cosine > -np.cos(WIDEST_HALVED))
 
     @property
     def low_fans(self) -> Sources:

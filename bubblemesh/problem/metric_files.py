@@ -24,7 +24,7 @@ from bubblemesh.spacing.metric.metric import EllipsesAt
 from bubblemesh.spacing.terms.raster import Raster
 
 ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
-NEGLIGIBLE = 0.01  # of the domain: what polygons in place of curves leave out
+NEGLIGIBLE_AREA = 0.01  # of the domain: what polygons in place of curves leave out
 
 
 def read_ellipses(model: FieldMetric, domain: Domain) -> tuple[EllipsesAt, tuple[str, ...]]:
@@ -71,7 +71,7 @@ def _left_out(what: str, data: TensorField | Raster, domain: Domain) -> Iterator
     middles, areas = corners.mean(axis=1), np.abs(doubled_areas(corners))
     outside = ~data.holds(middles if domain.plane is None else domain.plane.given(middles))
     share = areas[outside].sum() / areas.sum()
-    if share > NEGLIGIBLE:
+    if share > NEGLIGIBLE_AREA:
         yield f"its {what} leaves out about {share:.0%} of the domain: there the tensors at its nearest places count"
 
 

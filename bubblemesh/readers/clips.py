@@ -13,7 +13,7 @@ from operator import add
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import ROUNDING, Booleans, Floats
 from bubblemesh.errors import GeometryError, LimitError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import overlaid
@@ -27,7 +27,6 @@ from bubblemesh.readers.rings.duplicates import without_copies, without_same_cir
 from bubblemesh.readers.rings.joining import Joining, meeting, rings_of_curves
 from bubblemesh.readers.rings.open_curves import on_rings
 
-ROUNDING = 1e-9  # of the size of what is clipped: so far beyond a clip still counts as within
 THIN = 1e-6  # of that size: thinner parts are due to rounding, where areas are cut along chords
 MOST_POINTS = 500_000  # of clips, counted for each area that they cut: more would take over a minute
 
@@ -77,6 +76,7 @@ def _seen(group: Sequence[Feature], joining: Joining, tally: _Tally) -> dict[int
     points = vertices_of(group)
     if len(points) == 0:
         return {id(one): replace(one, clips=tuple(others)) for one in group}
+    # So far beyond a clip, points still count as within.
     rounding = ROUNDING * float(np.ptp(points, axis=0).max())
     window = _window(clip, points)
     shapely.prepare(window)

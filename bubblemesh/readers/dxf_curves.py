@@ -14,7 +14,7 @@ from bubblemesh.readers.features import CompoundCurve, finite_points
 from bubblemesh.readers.rings.joining import reversed_curve
 from bubblemesh.readers.sampling import splines
 
-FLAT = 3e-8  # bulge that is zero within rounding
+FLAT_BULGE = 3e-8  # bulge that is zero within rounding
 FULL_TURN = 1 - 1e-9  # in turns: arcs whose ends differ by rounding
 CHAINED = 1e-6  # of the extent of a fill's boundary: gap between ends of edges that is due to rounding
 FRAME = 16  # flag of a polyline's vertex that is not drawn, but controls a spline
@@ -208,7 +208,7 @@ def _bulged(corners: Sequence[Sequence[float]], is_closed: bool, turn: float, na
         points, bulges = [*points, points[0]], [*bulges, 0.0]
     pieces: list[Piece] = []
     for (begin, end), bulge in zip(pairwise(points), bulges, strict=False):
-        if begin != end and abs(bulge) < FLAT:
+        if begin != end and abs(bulge) < FLAT_BULGE:
             pieces.append(LineTo(end, label))
         elif begin != end:
             x, y = bulge_center(begin, end, bulge)

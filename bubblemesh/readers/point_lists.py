@@ -25,7 +25,7 @@ from bubblemesh.readers.tables import (
     table_lines,
 )
 
-FEWEST = 3  # points of a ring, after which a line of words ends it
+FEWEST_POINTS = 3  # points of a ring, after which a line of words ends it
 
 
 def read_rings(path: Path) -> FeatureCollection:
@@ -126,7 +126,7 @@ def _blocks(path: Path) -> _Blocks:
 def _index(blocks: list[NumberRows]) -> str:
     """Advice if the first column may be an index; else empty."""
     first = [row[0] for block in blocks for row in block.rows]
-    counts = len(first) > FEWEST and first[0] in (0, 1) and all(b - a == 1 for a, b in pairwise(first))
+    counts = len(first) > FEWEST_POINTS and first[0] in (0, 1) and all(b - a == 1 for a, b in pairwise(first))
     return ", and the first, which counts the rows, is x: name columns x and y in the first line" if counts else ""
 
 
@@ -140,7 +140,7 @@ def _parted(lines: Iterator[TableLine], notes: dict[str, None]) -> Iterator[Numb
                 if rows:
                     raise _no_point(number, text)
                 notes[f"line {number} is taken as a header: {shown(text, 40)!r}"] = None
-            elif 0 < len(rows) < FEWEST:
+            elif 0 < len(rows) < FEWEST_POINTS:
                 raise _no_point(number, text)
             elif rows:
                 notes[f"line {number} is taken as text after a ring: {shown(text, 40)!r}"] = None

@@ -9,12 +9,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Booleans, Floats
+from bubblemesh.arrays import ROUNDING, Booleans, Floats
 from bubblemesh.geometry.paths import Point
 from bubblemesh.readers.features import CompoundCurve
 
 Edge = tuple[Point, Point]
-ROUNDING = 1e-9  # of a segment's length
 
 
 class Split(NamedTuple):

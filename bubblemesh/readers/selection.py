@@ -25,7 +25,7 @@ METRES: dict[Unit, float] = {
     "ft": 0.3048,
     "mil": 2.54e-5,
 }
-MOST_VALUES = 20  # of a property that one message lists
+MOST_VALUES_LISTED = 20  # of a property that one message lists
 LONGEST_LIST = 200  # letters of names in a message
 
 
@@ -88,7 +88,7 @@ def _with_property(features: "Sequence[Feature]", key: str, value: Any) -> "list
     found = [one for one, has in zip(features, values, strict=True) if has == value or str(has) == str(value)]
     if not found:
         there = list(dict.fromkeys(map(str, values)))
-        raise CaseError(f"no feature has {key}: {value}: {meant(str(value), there[:MOST_VALUES])}")
+        raise CaseError(f"no feature has {key}: {value}: {meant(str(value), there[:MOST_VALUES_LISTED])}")
     return found
 
 

@@ -6,13 +6,12 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import ROUNDING, Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.rings import end_of
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import Feature
 
-ROUNDING = 1e-9  # of the box's size: so near to a line counts as on it
 FEW = 0.05  # of the sides of a face: so many may say the opposite by mistake
 
 
@@ -55,6 +54,7 @@ def left_of(
     edges = shapely.get_parts(shapely.node(shapely.union_all([cut, frame.boundary])))
     made, bridges, spurs, _ = shapely.polygonize_full(edges)
     faces = shapely.orient_polygons(shapely.get_parts(made))
+    # So near to a line, places count as on it.
     shore = _Shore(lines, ROUNDING * max(np.ptp(shapely.get_coordinates(frame), axis=0)))
     votes = shore.votes(faces)
     loose = [spur for some in (spurs, bridges) for spur in shapely.get_parts(some).tolist()]

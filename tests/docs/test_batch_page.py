@@ -10,7 +10,7 @@ from batches import SMALL, lines_of
 from paths import ROOT
 from site_pages import followed
 
-from bubblemesh.batch.row import COLUMNS, KINDS
+from bubblemesh.batch.row import COLUMN_KINDS, COLUMNS
 from bubblemesh.workers.cluster import PATIENCE, SILENCE
 
 DOCS = ROOT / "docs"
@@ -93,7 +93,7 @@ def test_the_line_for_gnu_parallel_does_everything(here):
 
 def test_the_page_tells_of_every_column():
     (table,) = re.findall(r"\| column \| holds \|\n(.*?)\n\n", PAGE, flags=re.DOTALL)
-    assert set(re.findall(r"`(\w+)`", table.replace("bubblemesh run", ""))) == {*COLUMNS, *KINDS}
+    assert set(re.findall(r"`(\w+)`", table.replace("bubblemesh run", ""))) == {*COLUMNS, *COLUMN_KINDS}
 
 
 def test_the_page_tells_how_long_a_scheduler_has():

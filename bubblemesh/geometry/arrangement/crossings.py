@@ -16,7 +16,7 @@ from bubblemesh.messages import place
 NEWTON_STEPS = 12
 PARALLEL = 1e-6  # sine of the angle between two lines, below which they follow each other rather than cross
 SAME_BEND = 1e-3  # relative difference of two curvatures, below which curves run beside each other
-BESIDE = 2e-5  # radians between them: `SAME_BEND` of the turn along a chord, which is 0.025
+BESIDE_ANGLE = 2e-5  # radians between them: `SAME_BEND` of the turn along a chord, which is 0.025
 ENDS = -0.5, 0.5  # of a chord, in its length from the middle
 SAGITTA = 0.02  # of a chord's length: bound for the distance of its curve
 
@@ -117,7 +117,7 @@ def touches(boundary: Boundary, pairs: NearChords, size: float, parts: InnerPart
     offset, v = boundary.points(p, a) - boundary.points(q, b), boundary.tangents(q, b)
     distance = np.hypot(*offset.T)
     opposite = (np.abs(np.einsum("ij,ij->i", offset, v)) <= tolerance) & (np.abs(off) <= tolerance)
-    opposite &= ~alike | (np.abs(angle) <= BESIDE)
+    opposite &= ~alike | (np.abs(angle) <= BESIDE_ANGLE)
     around = CONTACT_LENGTH * tolerance
     opposite &= between_ends(boundary, p, a, around) & between_ends(boundary, q, b, around)
     near = np.flatnonzero(opposite & (alike | (distance > tolerance)) & (distance <= NEARLY * size))

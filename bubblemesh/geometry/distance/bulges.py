@@ -7,8 +7,8 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, select
 
 STEPS = 3
-BEYOND = 0.6  # of a chord's length: beside a corner of the chords the foot may be half-way along the next one
-FLATTEST = 0.05  # least slope in Newton's method: towards the centre of curvature the slope vanishes
+FOOT_BEYOND = 0.6  # of a chord's length: beside a corner of the chords the foot may be half-way along the next one
+LEAST_SLOPE = 0.05  # in Newton's method: towards the centre of curvature the slope vanishes
 
 
 class Bulges(NamedTuple):
@@ -35,7 +35,7 @@ class Bulges(NamedTuple):
             (dx, dy), (tx, ty) = direction.T, tangent.T
             return np.asarray((dx * ty - dy * tx) / (dx * tx + dy * ty), float)
 
-        low, high = np.where(begins, 0, -BEYOND * length), np.where(ends, length, (1 + BEYOND) * length)
+        low, high = np.where(begins, 0, -FOOT_BEYOND * length), np.where(ends, length, (1 + FOOT_BEYOND) * length)
         return cls(start, direction, length, slope(before), slope(after), low, high)
 
     @property
@@ -86,5 +86,5 @@ class Bulges(NamedTuple):
             height = at * (linear + at * (square + at * cubic)) - above
             slope = linear + at * (2 * square + 3 * cubic * at)
             steepness = 1 + slope * slope + height * (2 * square + 6 * cubic * at)
-            at = np.clip(at - (at - along + height * slope) / np.maximum(steepness, FLATTEST), self.low, self.high)
+            at = np.clip(at - (at - along + height * slope) / np.maximum(steepness, LEAST_SLOPE), self.low, self.high)
         return at

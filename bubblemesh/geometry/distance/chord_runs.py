@@ -11,8 +11,8 @@ from bubblemesh.kernels.nearest import RunTree
 from bubblemesh.records import record
 
 LENGTH = 16  # chords of a run
-AT_A_TIME = 1 << 11  # runs, so that their points stay in the processor's caches
-ROUNDING = 1e-14  # of the largest coordinate
+RUNS_AT_A_TIME = 1 << 11  # runs, so that their points stay in the processor's caches
+COORDINATE_ROUNDING = 1e-14  # of the largest coordinate
 
 
 @record
@@ -47,7 +47,7 @@ class ChordRuns:
         chord = np.minimum(first + rank, last)
         points = np.where((rank < count)[..., None], start[chord], end[last])
         x, y = np.ascontiguousarray(np.moveaxis(points, 2, 0))
-        margin = ROUNDING * float(max(np.abs(start).max(), np.abs(end).max()))
+        margin = COORDINATE_ROUNDING * float(max(np.abs(start).max(), np.abs(end).max()))
         return cls(start, end, first, count, x, y, _boxes(x, y, margin), margin)
 
     @cached_property
@@ -81,8 +81,8 @@ class ChordRuns:
     def nearest(self, x: Floats, y: Floats, run: Integers) -> tuple[Floats, Integers]:
         """Squared distances (k,) of points at x, y (k,) from runs (k,), and the first of the nearest chords (k,)."""
         squared, chord = np.empty(len(run)), np.empty(len(run), np.int64)
-        for begin in range(0, len(run), AT_A_TIME):
-            part = slice(begin, begin + AT_A_TIME)
+        for begin in range(0, len(run), RUNS_AT_A_TIME):
+            part = slice(begin, begin + RUNS_AT_A_TIME)
             squared[part], chord[part] = self._nearest(x[part], y[part], run[part])
         return squared, chord
 

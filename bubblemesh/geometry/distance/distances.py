@@ -17,7 +17,7 @@ from bubblemesh.messages import unknown
 from bubblemesh.records import record
 
 MOST_FORMULAS = 16  # lines and arcs; for more, a search for the nearest one is faster
-AT_A_TIME = 1 << 14  # points, so that the arrays stay in the processor's caches
+POINTS_AT_A_TIME = 1 << 14  # points, so that the arrays stay in the processor's caches
 ANYWHERE = -2.0  # below the cosine of any angle
 
 
@@ -164,8 +164,8 @@ class ClosedForm:
     def __call__(self, points: Floats) -> Floats:
         """Distances (k,) of points (k, 2)."""
         distance = np.empty(len(points))
-        for begin in range(0, len(points), AT_A_TIME):
-            part = slice(begin, begin + AT_A_TIME)
+        for begin in range(0, len(points), POINTS_AT_A_TIME):
+            part = slice(begin, begin + POINTS_AT_A_TIME)
             distance[part] = self._from(*points[part].T)
         return distance
 

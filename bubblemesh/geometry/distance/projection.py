@@ -19,8 +19,7 @@ from bubblemesh.records import record
 
 STEPS = 8
 REST = 1e-9  # of a piece's length: a shorter step changes the distance by its square
-AT_A_TIME = 1 << 13  # points, so that the arrays stay in the processor's caches
-FLATTEST = 0.05  # least slope in Newton's method: towards the centre of curvature the slope vanishes
+PROJECTED_AT_A_TIME = 1 << 13  # points, so that the arrays stay in the processor's caches
 
 
 class Feet(NamedTuple):
@@ -52,8 +51,8 @@ class Projection:
         share, foot = self._runs.feet(points, chord)
         piece, s = self.chords.piece[chord], self.chords.s[chord] + share * self.chords.step[chord]
         curved = np.flatnonzero(self._approximated[chord])
-        for begin in range(0, len(curved), AT_A_TIME):
-            mine = curved[begin : begin + AT_A_TIME]
+        for begin in range(0, len(curved), PROJECTED_AT_A_TIME):
+            mine = curved[begin : begin + PROJECTED_AT_A_TIME]
             s[mine] = self._projected(points[mine], piece[mine], s[mine], self._curvature[chord[mine]])
             foot[mine] = self.boundary.points(piece[mine], s[mine])
         return Nearest(piece, s, foot, np.hypot(*(points - foot).T))
@@ -84,7 +83,7 @@ class Projection:
         compiled = library()
         if compiled is None:
             return self._bulges.distances(points, of)
-        return bulge_distances(compiled, self._cubics, points, of, bulges.STEPS, bulges.FLATTEST)
+        return bulge_distances(compiled, self._cubics, points, of, bulges.STEPS, bulges.LEAST_SLOPE)
 
     def feet(self, points: Floats) -> Feet:
         """Nearest points of ``points`` (k, 2), and how the curves run there: much quicker than with arc lengths."""
@@ -169,7 +168,8 @@ class Projection:
             here, (tx, ty) = self.boundary.points(mine, before), self.boundary.tangents(mine, before).T
             rx, ry = (points[moving] - here).T
             slope = 1 - curvature[moving] * (tx * ry - ty * rx)
-            s[moving] = self.boundary.wrapped(mine, before + (rx * tx + ry * ty) / np.maximum(slope, FLATTEST))
+            step = (rx * tx + ry * ty) / np.maximum(slope, bulges.LEAST_SLOPE)
+            s[moving] = self.boundary.wrapped(mine, before + step)
             moving = moving[np.abs(s[moving] - before) > REST * self.boundary.lengths[mine]]
         return s
 

@@ -10,7 +10,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.problem.shoreline.box import side_of_box
 from bubblemesh.problem.shoreline.thinning import ShoreDetail, thinned
 
-HALVINGS = 8  # of the detail where rings cross; then all points stay there
+DETAIL_HALVINGS = 8  # of the detail where rings cross; then all points stay there
 ATTEMPTS = 40  # until none does; after half of them they are whole rings that get more detail
 NO_POINTS = np.zeros((0, 2))
 
@@ -32,7 +32,7 @@ def simplified(
     changed = np.arange(len(rings))
     for attempt in range(ATTEMPTS):
         for k in changed.tolist():
-            fixed = on_box[k] | np.roll(on_box[k], 1) | stay[k] | (halvings[k] > HALVINGS)
+            fixed = on_box[k] | np.roll(on_box[k], 1) | stay[k] | (halvings[k] > DETAIL_HALVINGS)
             left[k] = thinned(rings[k], fixed, spacings[k] / 2.0 ** halvings[k], detail.short)
         few = [ring[points] for ring, points in zip(rings, left, strict=True)]
         changed = _faulty(few)

@@ -12,7 +12,7 @@ from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, vertices
 from bubblemesh.readers.rings.joining import Joining, longer_side, meeting, to_next
 
 SMALL = 0.05  # of the drawing's size: wider gaps are not slips of the pen
-MOST_LAYERS = 10  # that one message lists
+MOST_LAYERS_LISTED = 10  # that one message lists
 # A name that needs no quotes in YAML.
 PLAIN = re.compile(r"(?!(true|false|yes|no|on|off|null|nan|inf|[yn])$)[^\W\d_][\w-]*( [\w-]+)*", re.IGNORECASE)
 
@@ -132,10 +132,10 @@ def _layers_that_close(features: Sequence[Feature], joining: Joining, trial: Joi
     closing = {layer: outcome for layer, outcome in found.items() if outcome is not None}
     if not closing:
         return None
-    more = f" and {len(closing) - MOST_LAYERS} more" if len(closing) > MOST_LAYERS else ""
-    named = ", ".join(shown(layer, 40) for layer in [*closing][:MOST_LAYERS])
+    more = f" and {len(closing) - MOST_LAYERS_LISTED} more" if len(closing) > MOST_LAYERS_LISTED else ""
+    named = ", ".join(shown(layer, 40) for layer in [*closing][:MOST_LAYERS_LISTED])
     widest = sorted(closing, key=lambda layer: -_extent(layers[layer]))
-    together = (widest[k:] for k in range(min(len(widest) - 1, MOST_LAYERS)))
+    together = (widest[k:] for k in range(min(len(widest) - 1, MOST_LAYERS_LISTED)))
     for some in together:
         outcome = trial([one for one in features if one.layer in some], joining)
         if outcome is not None and outcome.rank == 0:
@@ -156,8 +156,8 @@ def _features_that_close(features: Sequence[Feature], joining: Joining, trial: J
     if not found:
         return None
     order = sorted(found, key=lambda k: -_extent([features[k]]))
-    more = f" and {len(found) - MOST_LAYERS} more" if len(found) > MOST_LAYERS else ""
-    named = ", ".join(features[k].name for k in order[:MOST_LAYERS])
+    more = f" and {len(found) - MOST_LAYERS_LISTED} more" if len(found) > MOST_LAYERS_LISTED else ""
+    named = ", ".join(features[k].name for k in order[:MOST_LAYERS_LISTED])
     best = min(order, key=lambda k: found[k].rank)
     advice = f"what closes by itself: {named}{more}: choose by feature: {best}{found[best].more}"
     return _Way(advice, found[best].rank)

@@ -10,7 +10,7 @@ from bubblemesh.geometry.nesting import nested
 from bubblemesh.geometry.paths import Area
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.readers.features import Clip, CompoundCurve
-from bubblemesh.readers.svg.fill import FLAT, area_of, filled
+from bubblemesh.readers.svg.fill import FLAT_SUBPATH, area_of, filled
 
 
 class Stencil(NamedTuple):
@@ -34,7 +34,7 @@ def clip_of(stencils: Sequence[Stencil]) -> Clip:
 
 def _areas(stencil: Stencil) -> list[Area]:
     """Areas that one stencil encloses."""
-    loops = [loop for curve in stencil.curves if area_of(loop := _closed(curve)) > FLAT]
+    loops = [loop for curve in stencil.curves if area_of(loop := _closed(curve)) > FLAT_SUBPATH]
     if not loops:
         return []
     found = filled(loops, stencil.rule)

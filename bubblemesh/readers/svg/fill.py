@@ -18,7 +18,7 @@ from bubblemesh.geometry.paths import Area, Ring, outlines
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import CompoundCurve
 
-FLAT = 1e-9  # area of a subpath, in squares of its extent, that counts as zero
+FLAT_SUBPATH = 1e-9  # area of a subpath, in squares of its extent, that counts as zero
 MOST_CROSSINGS = 20_000  # of subpaths: a few seconds
 BATCH = 100  # chords in a block, to bound the memory
 

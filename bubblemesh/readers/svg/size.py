@@ -4,13 +4,13 @@ import re
 from collections.abc import Mapping
 from math import inf
 
+from bubblemesh.arrays import ROUNDING
 from bubblemesh.readers.features import PhysicalLength
 from bubblemesh.readers.svg.source import NUMBER, Element, view_box
 
 INCH = 0.0254  # metres
 PIXEL = INCH / 96  # by CSS
 PAPER = {"mm": 1e-3, "cm": 1e-2, "in": INCH, "pt": INCH / 72, "pc": INCH / 6}  # units in metres
-ROUNDING = 1e-9  # of a ratio
 UNITS = {**PAPER, "px": PIXEL, "": PIXEL}
 PAPER_LENGTH = re.compile(rf"\s*({NUMBER})\s*(mm|cm|in|pt|pc|px|)\s*")
 

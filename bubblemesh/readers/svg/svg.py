@@ -13,7 +13,7 @@ from bubblemesh.geometry.rings import LineTo
 from bubblemesh.messages import counted, place, shown
 from bubblemesh.readers.features import HIDDEN, CompoundCurve, Feature, FeatureCollection, foreign, writable_label
 from bubblemesh.readers.svg.curves import curves_of
-from bubblemesh.readers.svg.fill import FLAT, area_of, filled
+from bubblemesh.readers.svg.fill import FLAT_SUBPATH, area_of, filled
 from bubblemesh.readers.svg.size import physical_length, stretch
 from bubblemesh.readers.svg.source import checked_drawing
 from bubblemesh.readers.svg.tree import Around, Drawing, Drawn, shapes
@@ -88,7 +88,7 @@ def _closed(features: list[Feature], painted: set[str]) -> tuple[list[Feature], 
     def closed(curve: CompoundCurve) -> CompoundCurve:
         joins = ends[spot(curve.start)] > 1 and ends[spot(curve.end)] > 1
         loop = replace(curve, pieces=(*curve.pieces, LineTo(curve.start, curve.pieces[0].label)))
-        if curve.start == curve.end or joins or area_of(loop) <= FLAT:
+        if curve.start == curve.end or joins or area_of(loop) <= FLAT_SUBPATH:
             return curve
         gaps.append((float(np.hypot(*np.subtract(curve.start, curve.end))), curve.end))
         return loop
