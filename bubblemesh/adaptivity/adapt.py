@@ -87,7 +87,7 @@ class Target:
 
     @property
     def figures(self) -> dict[str, float | None]:
-        """The goal as reports tell it."""
+        """The goal as reports hold it."""
         return {"error": self.error, "nodes": self.nodes, "anisotropic": self.anisotropic}
 
 
@@ -101,7 +101,7 @@ def adapted(
 ) -> Result:
     """Mesh a case's domain anew, as its solution asks for, which is on a mesh of this domain.
 
-    The sizes follow from the estimated error; of the case's spacing the limits and rules hold, as `held_request` tells.
+    The sizes follow from the estimated error; of the case's spacing the limits and rules hold, as `held_request` says.
     The exact solution, an expression in x and y, is to compare the estimate with. A mistake of the user's is a
     BubblemeshError.
     """
@@ -184,24 +184,24 @@ def _next_in_metric(
         raise CaseError(f"method: {case.method} packs no metric: leave method out with --anisotropic")
     terms, points = case.spacing_terms, solution.points
     mesh = points, solution.triangles
-    nodes, told = float(target.nodes or terms.nodes or len(points)), list[str]()
+    nodes, notes = float(target.nodes or terms.nodes or len(points)), list[str]()
     if target.error is not None:
         times = (estimate.relative / target.error) ** 2
         nodes = max(len(points) * min(times, MOST_TIMES), FEWEST_NODES)
         if times > MOST_TIMES:
-            told.append(
+            notes.append(
                 f"an error of {target.error:g} needs more nodes: this mesh has {MOST_TIMES:g} times as many as the one "
                 "before, the most in one step: adapt again to its solution"
             )
     if terms.courant is not None:
-        told.append("spacing.courant: does not hold for ellipses: give spacing.minimum")
+        notes.append("spacing.courant: does not hold for ellipses: give spacing.minimum")
     coarsest = terms.maximum or max(COARSEST * domain.size, terms.minimum or 0.0)
     sizes = terms.minimum or min(FINEST * domain.size, coarsest), coarsest
     best = best_metric(*mesh, solution.values / solution.unit, _parts(domain, solution))
     case = case.model_copy(update={"method": IN_METRIC})
     coarse = Spacing(partial(_everywhere, sizes[1]))
     task, held = replace(task_of(case, domain), adapted=True), _held(case, domain, lambda scale: coarse, solution)
-    held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *told))
+    held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *notes))
     held = replace(held, nearest=target.instead_of(len(points), terms))
     growth = terms.growth or GROWTH_IN_METRIC
 
@@ -232,11 +232,11 @@ def _held(case: Case, domain: Domain, at: SpacingAtScale, solution: Solution) ->
     request = held_request(case, domain, at)
     if not solution.constant:
         return request
-    told = (
+    note = (
         f"{solution.name} is the same at all nodes, so that nothing is known of its error: see whether it is the field "
         "that was meant, and whether the solver has found a solution"
     )
-    return replace(request, warnings=(*request.warnings, told))
+    return replace(request, warnings=(*request.warnings, note))
 
 
 def _aimed(problem: Problem, request: SpacingRequest, nodes: float, target: Target, terms: SpacingTerms) -> Problem:

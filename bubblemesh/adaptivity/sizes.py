@@ -7,7 +7,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
 
-FINER, COARSER = 1 / 16, 2.0  # of the present size in one go: an estimate tells little about sizes far from it
+FINER, COARSER = 1 / 16, 2.0  # of the present size in one go: an estimate says little about sizes far from it
 TRIANGLES_PER_NODE = 2
 NEGLIGIBLE_ERROR = 1e-12  # relative error, which may be rounding alone
 SMOOTHINGS = 5
@@ -46,7 +46,7 @@ def sizes_for_error(estimate: Estimate, sizes: Floats, error: float) -> Floats:
 
 
 def sizes_for_nodes(estimate: Estimate, sizes: Floats, nodes: int) -> Floats:
-    """Sizes (t,) as of `sizes_for_error`, but for about N nodes, two triangles to each: t = sum of eta / 2 N."""
+    """Sizes (t,) as by `sizes_for_error`, but for about N nodes, two triangles to each: t = sum of eta / 2 N."""
     triangles = TRIANGLES_PER_NODE * nodes
     return _even(estimate, sizes, estimate.total / triangles, float(np.sqrt(len(sizes) / triangles)))
 

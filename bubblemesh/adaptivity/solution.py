@@ -42,10 +42,10 @@ class Solution:
     def __post_init__(self) -> None:
         points, triangles, values = found = [np.shape(array) for array in (self.points, self.triangles, self.values)]
         if found != [(*points[:1], 2), (*triangles[:1], 3), (*points[:1], *values[-1:])]:
-            told = ", ".join(map(str, found))
+            counts = ", ".join(map(str, found))
             raise CaseError(
                 "Solution: points, triangles and values must have the shapes (n, 2), (t, 3) and (n, k): make it by "
-                f"Solution.of (found {told})"
+                f"Solution.of (found {counts})"
             )
 
     @property

@@ -99,6 +99,6 @@ def _made(job: BatchJob, tell: Tell) -> Outcome:
 def is_full(error: BaseException) -> bool:
     """Whether an error, or the error of the system behind it, is about a full disk or an exhausted quota."""
     cause = error.__cause__ or error
-    # Libraries that write arrays, as NumPy, tell no number.
+    # Errors of libraries that write arrays, such as NumPy, have no number.
     unnumbered = isinstance(error, UnwrittenError) and isinstance(cause, OSError) and cause.errno is None
     return unnumbered or (isinstance(cause, OSError) and cause.errno in FULL)

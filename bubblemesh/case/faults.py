@@ -83,12 +83,12 @@ def problems(error: ValidationError, model: type[BaseModel], place: Callable[[Lo
     for one in found:
         if not (one.kind == "missing" and one.path in meant):
             groups.setdefault(one.group, []).append(one)
-    told = [line for group in groups.values() for line in _told(group)]
+    described = [line for group in groups.values() for line in _described(group)]
     lines = [
         ": ".join(filter(None, (place(one.path), ".".join(map(str, one.path)), f"{one.message}{more}")))
-        for one, more in told[:MAX_PROBLEMS]
+        for one, more in described[:MAX_PROBLEMS]
     ]
-    return [*lines, *([f"... and {len(told) - MAX_PROBLEMS} more"] if len(told) > MAX_PROBLEMS else [])]
+    return [*lines, *([f"... and {len(described) - MAX_PROBLEMS} more"] if len(described) > MAX_PROBLEMS else [])]
 
 
 def checked(model: type[Model], values: Mapping[str, Any]) -> Model:
@@ -152,7 +152,7 @@ class _Problem:
         return self.path[:ends], self.kind
 
 
-def _told(group: Sequence[_Problem]) -> list[tuple[_Problem, str]]:
+def _described(group: Sequence[_Problem]) -> list[tuple[_Problem, str]]:
     """Problems of a group to report, each with a note on those left out: the first one of a name, some of a list."""
     first, *others = group
     if others and first.unknown is not None:

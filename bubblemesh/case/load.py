@@ -237,10 +237,10 @@ class _Places:
         return f"{self(path)}: {'.'.join(map(str, path))}: {problem}"
 
 
-def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: float, told: Sequence[str] = ()) -> Case:
+def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: float, noted: Sequence[str] = ()) -> Case:
     """The case of ``data``, with everything checked that needs no geometry.
 
-    ``begun`` is the reading of the clock when loading began. The warnings in ``told`` are among those of the case.
+    ``begun`` is the reading of the clock when loading began. The warnings in ``noted`` are among those of the case.
     """
     parameters = data.get("parameters")
     found = resolved(parameters if isinstance(parameters, dict) else {}, units=data.get("crs") is not None)
@@ -259,7 +259,7 @@ def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: fl
     case, warnings = _with_method(case, places)
     late = [path for key in ("spacing", "metric", "layers", "domain", "output") for path in _paths(data.get(key), key)]
     places_of = {path: places(path) for path in late if len(path) <= DEEPEST}
-    return case.loaded(Origin(places_of, perf_counter() - begun, root), (*told, *warnings))
+    return case.loaded(Origin(places_of, perf_counter() - begun, root), (*noted, *warnings))
 
 
 def _paths(value: Any, *path: str | int) -> Iterator[tuple[str | int, ...]]:

@@ -133,10 +133,10 @@ class Domain(Uncached):
 
         def bounded_by(boundary: Boundary, inner: InnerParts) -> "Domain":
             notes = (note for ring in rings for note in ring.notes)
-            told = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
+            every_note = tuple(dict.fromkeys((*notes, *inner.notes)))  # copies of a ring have the same ones
             changes = tuple(change for ring in (*rings, *inner.rings) for change in ring.changes)
             lost = tuple(label for known in (rings, inner.paths) for path in known for label in path.lost)
-            return cls(boundary, told, inner, given_outlines, changes, lost=lost)
+            return cls(boundary, every_note, inner, given_outlines, changes, lost=lost)
 
         boundary, inner = split_at_contacts(Boundary.of(rings, owner)), InnerParts() if parts is None else parts
         domain = bounded_by(boundary, inner)

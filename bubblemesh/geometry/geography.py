@@ -291,9 +291,9 @@ def require_system(named: str | None, degrees: bool | None, points: Floats) -> N
         return
     if named and other and not _same_places(by.source, named, points):
         code = ":".join(other.to_authority() or ())
-        told = other.name if code in ("", other.name) else f"{other.name} ({code})"
+        system = other.name if code in ("", other.name) else f"{other.name} ({code})"
         raise CaseError(
-            f"its coordinates are in {told}, and crs.from is {by.source}: give that of the file, or take the file to "
+            f"its coordinates are in {system}, and crs.from is {by.source}: give that of the file, or take the file to "
             f"the other by ogr2ogr -t_srs {by.source}"
         )
     if degrees is None and not named and _are_surely_degrees(by.source, points):

@@ -330,8 +330,8 @@ def _without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: _Wo
         if parts:
             largest = max(parts, key=lambda part: part.area)
             of_which = "" if len(parts) == 1 else ", the largest"
-            told = f"{counted(len(parts), what)} below {smallest:g} left out{of_which}"
-            work.note(told, _outer(largest)[0], sign * sum(part.area for part in parts), map(_outer, parts))
+            note = f"{counted(len(parts), what)} below {smallest:g} left out{of_which}"
+            work.note(note, _outer(largest)[0], sign * sum(part.area for part in parts), map(_outer, parts))
     if filled and len(found) > 1:
         found = polygons_of(shapely.union_all(found))
     return found
@@ -359,10 +359,10 @@ def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -
     count, left = shapely.get_num_coordinates(given).sum(), shapely.get_num_coordinates(sparse).sum()
     if left == count or off.max() > length:
         return list(given)
-    told = f"{count - left:,} of {count:,} vertices left out, up to {off.max():.3g} off"
+    note = f"{count - left:,} of {count:,} vertices left out, up to {off.max():.3g} off"
     area = float(shapely.area(sparse).sum() - shapely.area(given).sum())
     work.note(
-        told, points[off.argmax()], area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
+        note, points[off.argmax()], area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
     )
     return found
 

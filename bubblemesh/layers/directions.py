@@ -13,7 +13,7 @@ FAN = np.radians(40)  # beyond a straight angle: sharper convex corners have a f
 TIP = np.radians(120)  # the same: around tips and trailing edges one column would leave cells flat
 WIDEST = np.radians(30)  # between neighbours in a fan
 NARROWEST = np.radians(10)  # the same where the fan is so high that it would become coarse
-# More than half of the angle between edges, from what is halfway to a curve's normal that is told.
+# A curve's normal counts if it is off the direction halfway by no more than half of the angle between edges, and this.
 STRAY = np.radians(2)
 HIGHEST_STRETCH = 4.0
 BLENDINGS = 20  # passes
@@ -24,7 +24,7 @@ SEEN = 0.4  # least cosine between a blended column and the normals beside it
 def fan(ladder: Ladder, normal: Floats, angle: float, spacing: float, *, is_corner: bool) -> Floats | None:
     """Directions (k, 2) of the columns around a convex bend, from the wall before it on; None if it has no fan.
 
-    A curve, which is bent since its nodes are far apart, has none where it is no tip.
+    A curve, which is bent only because its nodes are far apart, has no fan but at a tip.
     """
     turn = angle - np.pi
     if turn <= FAN or not ((ladder.fans and is_corner) or turn > TIP):
@@ -44,8 +44,8 @@ def on_curves(columns: Columns, walls: Walls, on_curve: Booleans, turns: Floats)
     node, before = columns.foot[mine], _unit(columns.up[mine])
     normal = turned_left(walls.domain.boundary.tangents(walls.node_piece[node], walls.node_s[node]))
     cosine = (normal * before).sum(axis=1)
-    told = np.abs(cosine) >= np.cos(turns[mine] / 2 + STRAY)
-    mine, normal = mine[told], np.sign(cosine[told])[:, None] * normal[told]
+    sure = np.abs(cosine) >= np.cos(turns[mine] / 2 + STRAY)
+    mine, normal = mine[sure], np.sign(cosine[sure])[:, None] * normal[sure]
     up, smooth = columns.up.copy(), np.zeros(len(columns), bool)
     up[mine], smooth[mine] = normal, True
     return replace(columns, foot_up=up, up=up), smooth

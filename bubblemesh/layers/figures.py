@@ -25,7 +25,7 @@ from bubblemesh.packing.net import Net
 from bubblemesh.records import record
 
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
-FLAT_ANGLE = 175.0  # degrees: larger angles of the cells are told
+FLAT_ANGLE = 175.0  # degrees: larger angles of the cells have a warning
 FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
 MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not what makes sizes jump
 NEARLY = 0.05  # relative difference of a first height from the requested one
@@ -114,7 +114,7 @@ class LabelLayers:
     @property
     def lacking(self) -> list[str]:
         """Warnings of columns that are much lower than asked for, one for each reason."""
-        return [f"layers on {self.label!r}: {lack.told(self.compressed)}" for lack in self.lacks]
+        return [f"layers on {self.label!r}: {lack.warning(self.compressed)}" for lack in self.lacks]
 
     @property
     def flat(self) -> str | None:
@@ -140,19 +140,19 @@ class LabelLayers:
                 f"{ENDED}; a larger first or growth needs fewer layers"
             )
         times = f"{self.across_front:.3g}"
-        told = f"layers on {self.label!r}: triangles beside them are {times} times as high as the last layer"
+        jump = f"layers on {self.label!r}: triangles beside them are {times} times as high as the last layer"
         if self.complete < MOSTLY:
-            return f"{told}, since columns end before they have all layers: {ENDED}"
+            return f"{jump}, since columns end before they have all layers: {ENDED}"
         if self.by_thickness:  # more of them would be thinner ones
-            return f"{told}: first with until: isotropic, in place of thickness, lets sizes pass without a jump"
+            return f"{jump}: first with until: isotropic, in place of thickness, lets sizes pass without a jump"
         if self.advised is None or self.fitting is None:
-            return f"{told}: until: isotropic lets sizes pass without a jump"
+            return f"{jump}: until: isotropic lets sizes pass without a jump"
         if self.fitting <= self.count["wanted"]:
-            return f"{told}, and there is no room for more of them: a finer spacing lets sizes pass"
+            return f"{jump}, and there is no room for more of them: a finer spacing lets sizes pass"
         if self.fitting < self.advised:
             more = f"until: isotropic, or count: {self.fitting}, for which most columns have room"
-            return f"{told}: {more}, lessens that; a finer spacing lets sizes pass"
-        return f"{told}: until: isotropic, or count: {self.advised} lets sizes pass without a jump"
+            return f"{jump}: {more}, lessens that; a finer spacing lets sizes pass"
+        return f"{jump}: until: isotropic, or count: {self.advised} lets sizes pass without a jump"
 
 
 def layer_figures(
@@ -160,7 +160,7 @@ def layer_figures(
 ) -> tuple[LabelLayers, ...]:
     """Figures of the layers on each label, in the order of the case.
 
-    After the packing ``beyond`` (p,) is as of `beyond_fronts`, and the cells are ``joined`` to what was packed.
+    After the packing, ``beyond`` (p,) is given as by `beyond_fronts`, and the cells are ``joined`` to what was packed.
     """
     across = np.full(len(strips.columns.pair), np.nan) if beyond is None else beyond
     return tuple(
@@ -253,7 +253,7 @@ def _farthest(strips: Strips, pairs: Integers, ratio: Floats) -> dict[str, Any] 
 
 
 def _advised(ladder: Ladder, requested: int, jump: float | None) -> int | None:
-    """Number of layers with which a jump from the last of so many ``requested`` ones would be none, if there is one."""
+    """Number of layers, in place of ``requested`` ones, without a jump behind the last one; None if there is none."""
     if jump is None or jump <= LARGEST_JUMP or ladder.isotropic or ladder.by_thickness or ladder.growth <= 1:
         return None
     count = requested + int(np.ceil(np.log(jump) / np.log(ladder.growth)))

@@ -14,7 +14,7 @@ from bubblemesh.records import record
 
 TINY = np.finfo(float).tiny
 LOW = 0.5  # of the height that is asked for
-SHORTEST = 5  # places that are told
+SHORTEST = 5  # places that the report lists
 LOW_COLUMNS = "{share:.2%} of the columns are less than half as high as asked for, the lowest of these with {lowest}"
 REASONS = {
     "edges": (
@@ -34,7 +34,7 @@ REASONS = {
         "asks"
     ),
 }
-# Share of the wall from which on a reason is told: beside a wall with few layers some columns are always short.
+# Share of the wall from which on a reason is reported: beside a wall with few layers some columns are always short.
 LEAST_SHARES = {"neighbours": 0.25}
 
 
@@ -49,7 +49,7 @@ class LowColumns:
     share : float
         Share of the label's columns; of the length of its walls if the reason is ``edges``.
     layers : int
-        Number of layers of the lowest one, as of `lowest`.
+        Number of layers of the lowest one, as in `lowest`.
     at : pair of float
         Place of its foot.
     """
@@ -59,7 +59,7 @@ class LowColumns:
     layers: int
     at: tuple[float, float]
 
-    def told(self, compressed: float) -> str:
+    def warning(self, compressed: float) -> str:
         """Warning of these columns, beside the least factor of heights that were ``compressed``."""
         at = place(self.at)
         squeezed = f", compressed to {compressed:.2g} of its height at least" if compressed < 1 else ""
@@ -113,9 +113,9 @@ def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: 
 def lowest(strips: Strips, which: Integers) -> tuple[dict[str, Any], ...]:
     """Layers and places of the lowest of the columns (k,), those with the fewest layers first, each place once."""
     count = strips.heights.count
-    told = dict[tuple[float, ...], int]()
+    lowest = dict[tuple[float, ...], int]()
     for column in which[np.lexsort((strips.reached[which], count[which]))].tolist():
-        told.setdefault(tuple(strips.columns.at[column].tolist()), int(count[column]))
-        if len(told) == SHORTEST:
+        lowest.setdefault(tuple(strips.columns.at[column].tolist()), int(count[column]))
+        if len(lowest) == SHORTEST:
             break
-    return tuple({"layers": layers, "at": at} for at, layers in told.items())
+    return tuple({"layers": layers, "at": at} for at, layers in lowest.items())

@@ -86,7 +86,7 @@ class CutDomain:
         """Pieces (n,) of the whole, -1 for none, and arc lengths (n,) there, of nodes on pieces and of new corners.
 
         ``node`` (n,) has the numbers of corners, and more than these for others; ``piece`` (n,), -1 for none, and ``s``
-        (n,) tell where the latter are.
+        (n,) say where the latter are.
         """
         whole, boundary = self.whole.boundary, self.boundary
         at, along = piece.copy(), s.copy()

@@ -157,7 +157,7 @@ def _packed_parts(
 
 
 def _packed_seams(net: Net, free: Booleans, terms: Terms, workshop: Workshop, done: float) -> tuple[Net, Integers]:
-    """Pack strips of a net once more, as of `SeamStrips.put_back`; bubbles that are ``free`` (n,) may move.
+    """Pack strips of a net once more, as `SeamStrips.put_back` needs them; bubbles that are ``free`` (n,) may move.
 
     The share ``done`` of all work is done before; half of that for seams is done here.
     """

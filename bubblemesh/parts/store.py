@@ -15,7 +15,7 @@ from bubblemesh.files import opened, unreadable, unwritten
 from bubblemesh.parts.part import Core, Margin, Part
 
 NAME = "part-{}.npz"
-# What readers raise of archives and arrays that are broken, or are none.
+# What readers raise of archives and arrays that are broken, or are something else.
 BROKEN = BadZipFile, EOFError, KeyError, RuntimeError, TypeError, ValueError, zlib.error
 UNFINISHED = ".unfinished"  # end of the name of a file that is being written
 
@@ -107,7 +107,7 @@ class InFolder:
 
 
 class Arrays:
-    """Arrays in an archive of NumPy by their names, read to the end, where the archive tells whether they are whole."""
+    """Arrays in an archive of NumPy by their names, read to the end, where the archive shows whether they are whole."""
 
     def __init__(self, file: ZipFile) -> None:
         self._file = file

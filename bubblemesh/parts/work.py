@@ -1,4 +1,4 @@
-"""The work on one part or strip, in whatever process it is done, and what is told of it."""
+"""The work on one part or strip, in whatever process it is done, and what is reported of it."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -35,7 +35,7 @@ class Crew(Protocol):
     """Who calls functions: this process, others, or those of a cluster."""
 
     def __call__(self, function: Callable[..., T], jobs: Iterable[Job]) -> Iterator[tuple[int, T]]:
-        """Number and result of each job, in any order; errors of the package tell which job they are about."""
+        """Number and result of each job, in any order; errors of the package say which job they are about."""
 
 
 def alone(function: Callable[..., T], jobs: Iterable[Job]) -> Iterator[tuple[int, T]]:

@@ -1,4 +1,4 @@
-"""Who packs the parts and strips of a mesh, who keeps them, and who is told how far they are."""
+"""Who packs the parts and strips of a mesh, who keeps them, and who hears how far they are."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
@@ -21,8 +21,8 @@ class Workshop:
 
     crew: Crew
     store: Store
-    on_done: Callable[[Record], None]  # is told of each part, in their order, and of each pass over the seams
-    on_share: Callable[[float], None]  # is told what share of all is done
+    on_done: Callable[[Record], None]  # is called with each part, in their order, and with each pass over the seams
+    on_share: Callable[[float], None]  # is called with the share of all that is done
 
     def margins(self, job: JobOf, work: Sequence[float]) -> list[Margin]:
         """Pack the parts that are not kept yet, and keep them: the margin of each part.
@@ -71,7 +71,7 @@ class Workshop:
         return ((order[place], result) for place, result in self.crew(function, map(job, order)))
 
     def _in_order(self, results: Iterable[tuple[int, T]], work: Sequence[float], done: float = 0.0) -> Iterator[T]:
-        """Results in the order of their numbers; what share of all is done is told as they come."""
+        """Results in the order of their numbers; the share of all that is done is reported as they come."""
         waiting, given = dict[int, T](), 0
         for number, result in results:
             waiting[number] = result

@@ -27,7 +27,7 @@ def _require_still_boundary(domain: Domain, task: Task) -> None:
         ("layers",): (lambda: len(task.ladders) > 0, "them"),
     }
     for keys, (given, where) in asked.items():
-        with about(Key(list(keys))):  # where sides that are not there are told, too
+        with about(Key(list(keys))):  # where sides that are not there are reported, too
             if given() and not task.method.relaxation.boundary_stays:
                 key = ".".join(keys)
                 raise CaseError(f"{key}: bubbles would slide along {where}: use relaxation: connected, or multilevel")

@@ -57,15 +57,15 @@ def data_functions(
     for key, model in _models(terms):
         if not (isinstance(model, RasterTerm) and model.known_as in others):
             with at_key(*key):
-                found[key], told = FUNCTIONS[type(model)](model, box, system)
-            notes += told
+                found[key], more = FUNCTIONS[type(model)](model, box, system)
+            notes += more
     return found, tuple(notes)
 
 
 def raster_variables(
     terms: SpacingTerms, box: Box, names: Container[str], system: str | None
 ) -> tuple[dict[str, Raster], tuple[str, ...]]:
-    """The rasters by some names, around a box in a system, and notes on them; errors as of `data_functions`.
+    """The rasters by some names, around a box in a system, and notes on them; the same errors as `data_functions`.
 
     CaseError if two have one name.
     """
@@ -76,8 +76,8 @@ def raster_variables(
             with at_key(*key):
                 if model.known_as in functions:
                     raise CaseError(f"{model.known_as!r} is the name of another raster too: give one of them by name")
-                functions[model.known_as], told = _grid(model, box, system)
-            notes += told
+                functions[model.known_as], more = _grid(model, box, system)
+            notes += more
     return functions, tuple(notes)
 
 
@@ -86,7 +86,7 @@ def rasters_in(
 ) -> tuple[tuple[Raster, ...], tuple[str, ...]]:
     """The rasters by some names in a file, around a box in a system, and notes on them; errors have the file.
 
-    The ``bounds`` are those of the pixels, if the file does not tell where these are.
+    The ``bounds`` are those of the pixels, if the file does not say where these are.
     """
     terms = (RasterTerm(file=file, name=name, bounds=bounds) for name in names)
     found, notes = zip(*(_grid(term, box, system) for term in terms), strict=True)

@@ -23,7 +23,7 @@ SLOPE_ACROSS = 1 / 200  # of the domain's size: length over which depths are com
 
 
 def _deep(keys: DepthKeys, domain: Domain, rasters: Rasters, name: str) -> Deep:
-    """The depth that some keys of the spacing tell."""
+    """The depth that some keys of the spacing give."""
     return Deep(bound_value(keys.depth, domain, "spacing", name, "depth", rasters=rasters).function, keys.shallowest)
 
 
@@ -56,10 +56,10 @@ def not_below_courant(at: SpacingAtScale, terms: SpacingTerms, domain: Domain, r
 
 def node_depth(terms: SpacingTerms, domain: Domain, rasters: "RasterNames", depth: NodeDepthKeys) -> NodeDepth | None:
     """The depth that the mesh is written with: that given, or that of a term of the spacing."""
-    told = {("output", "depth"): depth.of}
+    depths = {("output", "depth"): depth.of}
     for name, keys in (("waves", terms.waves), ("slope", terms.slope), ("courant", terms.courant)):
-        told["spacing", name] = None if keys is None else keys.depth
-    path, value = next(((path, value) for path, value in told.items() if value is not None), ((), None))
+        depths["spacing", name] = None if keys is None else keys.depth
+    path, value = next(((path, value) for path, value in depths.items() if value is not None), ((), None))
     if value is None:
         return None
     function = bound_value(value, domain, *path, rasters=rasters).function

@@ -159,7 +159,7 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
 
 
 def _inner_parts(keys: InnerKeys) -> InnerParts:
-    """Regions and what is embedded; errors tell which one it is."""
+    """Regions and what is embedded; errors say which one it is."""
     points, notes = points_of(keys)
     return InnerParts(tuple(_regions(keys)), keys.region, tuple(lines_of(keys)), tuple(points), keys.periodic, notes)
 

@@ -56,7 +56,7 @@ def similarities_of(keys: DrawnKeys) -> list[Similarity]:
 
 
 def _kept(i: Integers, j: Integers, where: Expression | None) -> tuple[list[int], list[int]]:
-    """Numbers of the copies that there are; CaseError if there is none of them."""
+    """Numbers of the copies that are left; CaseError if all are left out."""
     if where is not None:
         kept = np.flatnonzero(where(i.astype(float), j.astype(float)))
         if len(kept) == 0:

@@ -75,7 +75,7 @@ class AlongWalls:
         distance = np.hypot(ax, ay)
         of_point = ~tangent.any(axis=1)  # which has no direction: around it they are circles
         tx, ty = tangent.T
-        # Around corners and ends they turn; what is all but on a wall has too short a way to it to tell the direction.
+        # Around corners and ends they turn; what is all but on a wall is too near to it to give a direction.
         close = CLOSE * self.domain.size
         turning = np.flatnonzero((np.abs(tx * ax + ty * ay) > SQUARE * distance) & (distance > close))
         # Outside, where straight edges are looked at that end there, a wall goes on as it was.

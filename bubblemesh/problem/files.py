@@ -45,7 +45,7 @@ def contents_of(model: Strict, root: Path | None) -> dict[str, bytes]:
 
 
 def contents_or_errors(model: Strict, root: Path | None) -> dict[str, bytes | BubblemeshError]:
-    """Contents as of `contents_of`, with the error itself in place of what cannot be read."""
+    """Contents as from `contents_of`, with the error itself in place of what cannot be read."""
     with confined_to(root):
         return {str(path): _content_or_error(path) for path in named_files(model)}
 
@@ -66,8 +66,8 @@ def _content(path: Path) -> bytes:
 def own_files(model: Strict, root: Path | None) -> Iterator[None]:
     """Within the block libraries find no other files than copies of those that a part of an untrusted case may read.
 
-    Nothing changes for a trusted one, and copies that are there already stay. Errors as of `contents_of`; FileError
-    if there is no place for copies.
+    Nothing changes for a trusted one, and copies that are there already stay. The same errors as `contents_of`;
+    FileError if there is no place for copies.
     """
     copies = nullcontext() if root is None or has_copies() else local_copies(contents_of(model, root))
     with confined_to(root), copies:

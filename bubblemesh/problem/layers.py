@@ -109,11 +109,11 @@ def left_out(error: HighLayerError, domain: Domain, ladders: Sequence[Ladder]) -
     """
     high = error.ladder
     labels = {label for pair in domain.parts.periodic if {*pair} & {*high.labels} for label in pair}
-    told = (
+    warnings = (
         f"{high.key}: the solution asks for sizes across these walls of at most {error.spacing:.4g}, less than the "
         f"first layer, {high.first:.4g}: these layers are left out; a lower first one would keep them"
     )
-    return tuple(ladder for ladder in ladders if ladder is not high and not {*ladder.labels} & labels), told
+    return tuple(ladder for ladder in ladders if ladder is not high and not {*ladder.labels} & labels), warnings
 
 
 def _ladder(keys: LayerKeys, key: Key, domain: Domain) -> Ladder:

@@ -20,7 +20,7 @@ DOMAIN = Key(["domain"])
 
 
 def lines_of(keys: InnerKeys) -> Iterator[OpenPath]:
-    """Lines that the keys of a domain describe, with those of the file that is the domain; errors tell the line."""
+    """Lines that the keys of a domain describe, with those of the file that is the domain; errors name the line."""
     made = 0
     for number, line in enumerate(keys.lines):
         key = Key((*DOMAIN, "lines", number))
@@ -43,14 +43,14 @@ def _lines(line: LineKeys) -> list[OpenPath]:
 
 
 def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
-    """Points that the keys of a domain describe, and notes on those of files; errors tell the key."""
+    """Points that the keys of a domain describe, and notes on those of files; errors name the key."""
     made: list[InnerPoint] = []
     notes: list[str] = []
     for number, point in enumerate(keys.points):
         key = Key((*DOMAIN, "points", number))
         with about(key):
-            found, told = _points(point)
-            notes += told
+            found, more = _points(point)
+            notes += more
             for copy in drawn(found, point):
                 label = copy.label or f"point-{len(made) + 1}"
                 made.append(replace(copy, label=label, key=key, optional=point.outside == "skip"))

@@ -50,7 +50,7 @@ def _has_rasters(path: Path) -> bool:
 
 
 def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[EllipsesAt, tuple[str, ...]]:
-    """The metric in three rasters of a file, with notes; errors as of `_read`."""
+    """The metric in three rasters of a file, with notes; the same errors as `_read`."""
     if model.name is not None:
         raise CaseError(f"name: the rasters of {model.file} are m11, m12 and m22: leave name out")
     box, system = given_bounds(domain), given_system(domain)

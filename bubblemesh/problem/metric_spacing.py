@@ -24,7 +24,7 @@ from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
 
 STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times that a size may differ there
-TOLD = 1.001  # of the largest aspect: what is more of it is told
+EXCEEDED = 1.001  # of the largest aspect: a larger one has a warning
 LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
 GRADINGS, SAME = 5, 1.2  # one after the other, at most, and times that sizes may differ in the end
 
@@ -61,7 +61,7 @@ def spacing_in_metrics(
     nodes.
     """
     points = np.vstack([domain.polygonal_copy.points, cover.points, cover.corners.mean(axis=1)])
-    told = tuple(_too_long(metrics, spacing, points))
+    too_long = tuple(_too_long(metrics, spacing, points))
     requested = metric_below(metrics, spacing)
     survey = surveyed(domain, requested, max_nodes, cover)
     aspect = _aspect(requested, np.vstack([points, survey.extremes.minimum_at]))
@@ -69,7 +69,7 @@ def spacing_in_metrics(
     graded_one = _graded(domain, requested, metrics, max_nodes)
     if graded_one is not requested:
         requested, survey = graded_one, surveyed(domain, graded_one, max_nodes, cover)
-    return InMetric(tuple(metrics), requested, survey, (*told, *_differing_sides(domain, requested)))
+    return InMetric(tuple(metrics), requested, survey, (*too_long, *_differing_sides(domain, requested)))
 
 
 def metric_below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
@@ -166,7 +166,7 @@ def _too_long(metrics: Sequence[MetricRequest], spacing: Spacing, points: Floats
     for metric in metrics:
         aspects = metric.ellipses(*points.T).within(spacing.extended(points)).aspects
         k = int(np.where(np.isfinite(aspects), aspects, 0.0).argmax())
-        if aspects[k] > TOLD * metric.aspect:
+        if aspects[k] > EXCEEDED * metric.aspect:
             yield (
                 f"{metric.key}: the ellipses are up to {aspects[k]:.4g} times as long as wide, at {place(points[k])}: "
                 f"they are made wider than that, {metric.aspect:g} times at most; aspect raises it"

@@ -76,12 +76,12 @@ class ScaleSearch:
     seconds: dict[str, float]  # taken before
     key: Key  # of the target in the case
     nearest: Callable[[int], str] | None = None  # if the nearest number will do, the warning of another one
-    told: tuple[str, ...] = ()  # warnings of each problem
+    warnings: tuple[str, ...] = ()  # of each problem
 
     def problem(self, expected: float, start: float | None = None, known: Sequence[CountTrial] = ()) -> Problem:
         """The problem in which so many nodes are expected; from a rough number to start from, as nearly as can be.
 
-        What is ``known`` of trials before tells where the number jumps.
+        What is ``known`` of trials before shows where the number jumps.
         """
         exact = start is None and self.nearest is None
         spent = replace(self.task, max_nodes=max(FEW, TIMES_TOO_MANY * self.nodes))
@@ -106,11 +106,11 @@ class ScaleSearch:
     def of(self, problem: Problem, scale: float, trials: tuple[CountTrial, ...] = ()) -> Problem:
         """The problem at a scale that trials led to, which is made anew at others where its mesh misses the target."""
         target = NodeTarget(self.nodes, scale, self.scales.rough(np.log(scale)), self, trials)
-        return replace(problem, node_target=target, warnings=(*problem.warnings, *self.told))
+        return replace(problem, node_target=target, warnings=(*problem.warnings, *self.warnings))
 
     def instead(self, nodes: int) -> "ScaleSearch":
-        """The search for another number, of which the user is told."""
-        return self if self.nearest is None else replace(self, nodes=nodes, told=(self.nearest(nodes),))
+        """The search for another number, with a warning that says so."""
+        return self if self.nearest is None else replace(self, nodes=nodes, warnings=(self.nearest(nodes),))
 
 
 @record

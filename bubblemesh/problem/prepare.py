@@ -51,8 +51,8 @@ def prepare_for(
 ) -> Problem:
     """Make a problem of a case's domain and a spacing request, and check all that both have to fit; as `prepare_in`."""
     if request.nodes is None:  # else the spacing is not known yet
-        told = open_gaps(case, domain, _before_rules(request, None))
-        request = replace(request, warnings=(*request.warnings, *told))
+        gap_notes = open_gaps(case, domain, _before_rules(request, None))
+        request = replace(request, warnings=(*request.warnings, *gap_notes))
     problem = prepare_in(domain, request, replace(task, depth=request.depth), seconds, key)
     if case.crs is None:
         require_one_unit(case.domain, domain, problem.survey.extremes.minimum)
@@ -127,7 +127,7 @@ def check_spacing(
         metric = _metric(domain, requested, request, task, scale)
         spacing = requested.spacing if metric is None else metric.requested
         fitted = fitted_to_boundary(domain, requested, spacing, request.rules, task.max_nodes, _hidden(domain, task))
-        told = _told(domain, request, task, scale, requested, fitted)
+        warned = _warnings(domain, request, task, scale, requested, fitted)
     problem = Problem(
         task=task,
         domain=domain,
@@ -139,7 +139,7 @@ def check_spacing(
         rules=request.rules,
         after_rules=requested.after_rules,
         after_periodic=requested.after_periodic,
-        warnings=told,
+        warnings=warned,
         seconds=seconds,
     )
     problem = problem if metric is None else _in_metric(problem, metric)
@@ -169,7 +169,7 @@ def _hidden(domain: Domain, task: Task) -> Floats | None:
     return hidden_below(domain, task.ladders)
 
 
-def _told(
+def _warnings(
     domain: Domain,
     request: SpacingRequest,
     task: Task,
@@ -189,7 +189,7 @@ def _told(
         not domain.given_outlines and not any(region.area.outer.origin for region in domain.parts.regions),
         task.file_length,
     )
-    told = (
+    texts = (
         *domain.notes,
         *request.warnings,
         *warnings.sharp_angles(domain),
@@ -198,7 +198,7 @@ def _told(
         *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
         *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.requested),
     )
-    return once_each(told)
+    return once_each(texts)
 
 
 def _metric(
@@ -245,5 +245,5 @@ def _beside_layers(problem: Problem, fitted: LimitedSpacing, metric: "InMetric |
         if metric is not None:
             packing = metric.packing(rest.domain, fitted.spacing, task.max_nodes, (packing, short))
         expected = rest.own_nodes + ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE)
-        told = (*problem.warnings, *warnings.low_layers(layer_figures(rest.strips)))
-    return replace(problem, packing_spacing=packing, expected_nodes=expected, warnings=once_each(told), rest=rest)
+        warned = (*problem.warnings, *warnings.low_layers(layer_figures(rest.strips)))
+    return replace(problem, packing_spacing=packing, expected_nodes=expected, warnings=once_each(warned), rest=rest)

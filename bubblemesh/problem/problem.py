@@ -37,7 +37,7 @@ class Task:
     configured: "Callable[[], Method]"  # gives the method that the case asks for
     max_nodes: int  # the most that the mesh may need
     time_limit: float | None  # seconds after which the packing ends as it is
-    settings: dict[str, Any]  # of the case beside those of the method, as reports tell them
+    settings: dict[str, Any]  # of the case beside those of the method, as reports hold them
     order: int = 1  # of the triangles, 1 or 2
     parts: int | None = 1  # that are packed side by side; as many as are worth it if None
     partition: int | None = None  # number of parts for a parallel solver
@@ -70,7 +70,7 @@ class Task:
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """All settings, with defaults and those of the method, as reports tell them."""
+        """All settings, with defaults and those of the method, as reports hold them."""
         from bubblemesh.packing.configure import options
 
         return self.settings | options(self.configured())

@@ -150,14 +150,14 @@ def selection_of(keys: GeometryFile) -> Selection:
 
 
 def length_in_file(keys: GeometryFile) -> float | None:
-    """Length in the case that a length of 1 in a file is; None if the file itself tells."""
+    """Length in the case that a length of 1 in a file is; None if the file itself says so."""
     if keys.units and Path(keys.file).suffix.lower() == ".svg":
         return None
     return METRES[keys.units] if keys.units else keys.scale or 1.0
 
 
 def followed(ring: Ring, keys: FollowedKeys) -> Ring:
-    """The ring, followed as a curve if the keys say so; errors tell the file and place that it comes from."""
+    """The ring, followed as a curve if the keys say so; errors name the file and place that it comes from."""
     if keys.corners is None:
         return ring
     follow = Following(keys.corners, keys.smooth, keys.tolerance)

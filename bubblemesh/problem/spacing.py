@@ -66,7 +66,7 @@ class SpacingRequest:
 
 
 def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
-    """The spacing request of a case; errors as of `spacing_request`."""
+    """The spacing request of a case; the same errors as `spacing_request`."""
     own = own_values(case, domain)
     with own_files(case.spacing_terms, case.root):
         request = spacing_request(case.spacing, domain, own, case.output.node_depth, values_of(several(case.metric)))
@@ -78,21 +78,22 @@ def case_spacing(case: Case, domain: Domain) -> SpacingRequest:
 
 
 def held_request(case: Case, domain: Domain, at: SpacingAtScale) -> SpacingRequest:
-    """Spacing request with a given spacing in place of the case's own; errors as of `case_spacing`.
+    """Spacing request with a given spacing in place of the case's own; the same errors as `case_spacing`.
 
     Of the case, these still apply: its rules, the spacings of regions as limits from above, limits of areas, the
-    Courant number, and the depth to write. Spacings of regions that go with a number of nodes do not; a warning tells.
+    Courant number, and the depth to write. Spacings of regions that go with a number of nodes do not apply, and a
+    warning says so.
     """
     terms, depth, own = case.spacing_terms, case.output.node_depth, own_values(case, domain)
     with own_files(terms, case.root):
-        rasters, told = named_rasters(terms, domain, [depth.of, *(value for value, _ in own.values())])
+        rasters, notes = named_rasters(terms, domain, [depth.of, *(value for value, _ in own.values())])
         deep = node_depth(terms, domain, rasters, depth)
         held = _held(at, terms, own, domain, rasters)
     if terms.nodes is not None:
         keys = (*(["spacing.regions"] if terms.regions else []), *(key for _, key in own.values()))
-        told = (*told, *(f"{key}: does not hold, since with spacing.nodes its values are no lengths" for key in keys))
-    told = (*case.warnings, *told)
-    request = SpacingRequest(held, rules_of(terms), terms.nodes, told, depth=deep, rasters=rasters)
+        notes = (*notes, *(f"{key}: does not hold, since with spacing.nodes its values are no lengths" for key in keys))
+    notes = (*case.warnings, *notes)
+    request = SpacingRequest(held, rules_of(terms), terms.nodes, notes, depth=deep, rasters=rasters)
     return with_areas_below(request, domain, case.largest, largest_areas(case, domain))
 
 
@@ -117,7 +118,7 @@ def _held(at: SpacingAtScale, terms: SpacingTerms, own: OwnValues, domain: Domai
 def with_metrics(
     request: SpacingRequest, metrics: Sequence[AnyMetric], domain: Domain, root: Path | None
 ) -> SpacingRequest:
-    """The request in metrics, if there are any, with notes on their files; errors as of `metric_requests`."""
+    """The request in metrics, if there are any, with notes on their files; the same errors as `metric_requests`."""
     if not metrics:
         return request
     # Imported here since few cases have a metric.
@@ -151,7 +152,8 @@ def spacing_request(
     ``depth`` is that which the mesh is written with, if a case says so; ``others`` may name rasters as well.
     """
     given, plane = as_terms(spacing), domain.plane
-    rasters, told = named_rasters(given, domain, [depth.of, *others, *(value for value, _ in (own or {}).values())])
+    values = [depth.of, *others, *(value for value, _ in (own or {}).values())]
+    rasters, raster_notes = named_rasters(given, domain, values)
     terms = given if plane is None else terms_in(plane, given)
     key, value = terms.basis
     path = ("spacing", key) if spacing is given else ("spacing",)
@@ -172,7 +174,7 @@ def spacing_request(
     of_data = [data.spots for data in functions.values()]
     spots = np.vstack([*near_spots(terms, domain), *(of_data if plane is None else map(plane.near, of_data))])
     at = not_below_courant(bounded(terms, found, spots, terms.scale), terms, domain, rasters)
-    return SpacingRequest(at, rules_of(terms), terms.nodes, (*told, *notes), depth=deep, rasters=rasters)
+    return SpacingRequest(at, rules_of(terms), terms.nodes, (*raster_notes, *notes), depth=deep, rasters=rasters)
 
 
 def _data(

@@ -26,12 +26,12 @@ SAMPLING = 1 / 64  # of the domain's size, along straight walls
 MOST_SAMPLES = 100_000
 NARROW = 0.7  # spacings: triangles across what is wider are good
 SHARPEST = 5.0  # degrees
-MOST_ANGLES = 5  # that are told one by one
+MOST_ANGLES = 5  # that a warning lists one by one
 POOR_QUALITY = 0.2
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
 FEW_NODES = 100  # below which the boundary decides the number
-COARSER = 2.0  # times the sizes that a solution asks for: what is more is told
-MANY_TIMES = 1.5  # the nodes of a spacing: what takes more of them is told
+COARSER = 2.0  # times the sizes that a solution asks for: larger ones have a warning
+MANY_TIMES = 1.5  # the nodes of a spacing: more of them have a warning
 SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 SMALL_PART = 500  # nodes, below which seams are most of the work on a part
@@ -51,9 +51,9 @@ def sharp_angles(domain: Domain) -> list[str]:
     if len(sharp) == 1:
         return [f"the angle at {at[0]} is {size[0]}: triangles there are as sharp, and no mesh can do better"]
     which = "they are" if len(sharp) <= MOST_ANGLES else "the sharpest are"
-    told = ", ".join(f"{degrees} at {spot}" for degrees, spot in zip(size, at, strict=True))
+    angles = ", ".join(f"{degrees} at {spot}" for degrees, spot in zip(size, at, strict=True))
     return [
-        f"{len(sharp)} angles of the domain are below {SHARPEST:g} degrees, {which} {told}: triangles there are as "
+        f"{len(sharp)} angles of the domain are below {SHARPEST:g} degrees, {which} {angles}: triangles there are as "
         "sharp, and no mesh can do better"
     ]
 
@@ -138,7 +138,8 @@ def detail(found: FinerSpacing) -> list[str]:
 
     Rings of regions that share borders are not followed as curves: where a file has such, they can be simplified.
     """
-    at, steep = found.spacing.ratio_at, found.spacing.steepest is not None  # which takes nodes as well, and is told
+    at = found.spacing.ratio_at
+    steep = found.spacing.steepest is not None  # which takes nodes as well, and has a warning
     edges = f"{counted(len(found.short) // 2, 'boundary edge')} shorter than the spacing"
     causes = {edges: found.short, "tight curves": found.coarse, "narrow parts": found.gaps}
     few = found.expected_nodes < MANY_TIMES * found.ideal_nodes
@@ -217,12 +218,12 @@ def sharper_corners(refined: "Refined", demands: "Demands") -> list[str]:
     corners = sorted(refined.excused, key=lambda corner: corner.angle)
     if not corners:
         return []
-    told = ", ".join(f"{corner.angle:.3g} degrees at {place(corner.at)}" for corner in corners[:MOST_ANGLES])
+    angles = ", ".join(f"{corner.angle:.3g} degrees at {place(corner.at)}" for corner in corners[:MOST_ANGLES])
     more = f" and {len(corners) - MOST_ANGLES} more" if len(corners) > MOST_ANGLES else ""
     which = "a corner that is" if len(corners) == 1 else f"{len(corners)} corners that are"
     sharper = "below twice that, which an edge inside halves" if demands.inner_node else "sharper"
     return [
-        f"angle_min: {demands.angle:g} holds but in {which} {sharper}, with {told}{more}: no mesh can do better there"
+        f"angle_min: {demands.angle:g} holds but in {which} {sharper}, with {angles}{more}: no mesh can do better there"
     ]
 
 
@@ -239,13 +240,13 @@ def missed_node_target(target: "NodeTarget", found: int) -> list[str]:
 
 def low_layers(found: "Sequence[LabelLayers]") -> list[str]:
     """Warnings of layers that are lower than what was asked for."""
-    return [told for layers in found for told in layers.lacking]
+    return [text for layers in found for text in layers.lacking]
 
 
 def jumps_at_layers(found: "Sequence[LabelLayers] | None") -> list[str]:
     """Warnings of layers beside which triangles are much higher, or much smaller, so that cells are flat."""
-    told = [text for layers in found or () for text in (layers.flat, layers.jumping)]
-    return [text for text in told if text is not None]
+    texts = [text for layers in found or () for text in (layers.flat, layers.jumping)]
+    return [text for text in texts if text is not None]
 
 
 def nodes_of_layers(nodes: int, own: float, scale: float) -> list[str]:

@@ -44,9 +44,9 @@ class _Tally:
     @property
     def notes(self) -> list[str]:
         done = {"cut": self.cut, "left out": self.gone, "used whole, since their rings cross": self.crossing}
-        told = [f"{counted(number, 'shape')} {what}" for what, number in done.items() if number]
-        told += [f"curves of {self.straight} are straight lines now"] if self.straight else []
-        return [f"by clips: {', '.join(told)}"] if told else []
+        done_by_clips = [f"{counted(number, 'shape')} {what}" for what, number in done.items() if number]
+        done_by_clips += [f"curves of {self.straight} are straight lines now"] if self.straight else []
+        return [f"by clips: {', '.join(done_by_clips)}"] if done_by_clips else []
 
 
 def clipped(features: Sequence[Feature], joining: Joining) -> tuple[list[Feature], list[str]]:

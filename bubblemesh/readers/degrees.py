@@ -64,9 +64,9 @@ def degrees_notes(points: Floats, degrees: bool | None, is_map: bool = False) ->
     """
     if len(points) == 0 or not (look_like_degrees(points, is_map) if degrees is None else degrees):
         return ()
-    told = list[str]()
+    notes = list[str]()
     if cross_date_line(points):
-        told.append(
+        notes.append(
             f"longitudes jump at the date line, and are taken as they are, {np.ptp(points[:, 0]):.0f} degrees apart: "
             "add 360 to those that are negative"
         )
@@ -80,7 +80,7 @@ def degrees_notes(points: Floats, degrees: bool | None, is_map: bool = False) ->
         f"coordinates {certainly} degrees and are taken as they are: the spacing counts in degrees, too, and "
         f"{too_long}; for a true shape add crs: {{from: EPSG:4326}}, with sizes in metres, or project the file to "
         f"metres ({_projection(west, east, latitude)})",
-        *told,
+        *notes,
     )
 
 

@@ -130,9 +130,9 @@ def _features(drawing: Any, notes: tuple[str, ...]) -> FeatureCollection:
         wide += kind in ("LWPOLYLINE", "POLYLINE") and bool(entity.has_width)
     unused = tuple(_unused(kind, entities) for kind, entities in walk.unused.items())
     if all(one.is_empty for one in features):
-        told = (*unused, *(_unused(kind, entities) for kind, entities in flat.items()))
+        reasons = (*unused, *(_unused(kind, entities) for kind, entities in flat.items()))
         raise CaseError(
-            f"there are no curves in its model space{''.join(f'; {note}' for note in told)}{_paper(drawing)}"
+            f"there are no curves in its model space{''.join(f'; {note}' for note in reasons)}{_paper(drawing)}"
         )
     if walk.flat:
         notes += (f"{counted(walk.flat, 'block')} with a scale of 0 drawn as with 1",)

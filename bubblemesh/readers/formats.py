@@ -139,17 +139,17 @@ def read_regions(path: Path, selection: Selection, key: str, limits: bool = True
     with prefixed(path):
         content = read_content(path, selection)
         features = projected_features(content, selection)
-        _, told = _measured(content, features, selection)
+        _, size_notes = _measured(content, features, selection)
         areas, notes = named_areas(features, key, selection)
         if selection.repair is not None:
             areas = selection.repair(areas, united=False)
         given = largest_by_name(features, key) if limits else {}
         areas = [replace(area, largest=given.get(str(area.name))) for area in areas]
-    told += _told_of_limits([area.largest for area in areas if area.largest is not None])
-    return _finished(path, selection.factor(content), areas, [*content.notes, *notes, *told])
+    size_notes += _limit_notes([area.largest for area in areas if area.largest is not None])
+    return _finished(path, selection.factor(content), areas, [*content.notes, *notes, *size_notes])
 
 
-def _told_of_limits(limits: Sequence[float]) -> list[str]:
+def _limit_notes(limits: Sequence[float]) -> list[str]:
     """Note on the largest areas of triangles that a file gives for regions."""
     if not limits:
         return []
@@ -167,10 +167,10 @@ def _chosen(path: Path, selection: Selection, is_map: bool = False) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings; ``is_map`` for its notes."""
     content = read_content(path, selection)
     features = projected_features(content, selection)
-    size, told = _measured(content, features, selection, is_map)
+    size, size_notes = _measured(content, features, selection, is_map)
     found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
-    notes = [*content.notes, *found.notes, *told]
+    notes = [*content.notes, *found.notes, *size_notes]
     return Chosen(areas, found.loose, content.hole_points, notes, selection.factor(content))
 
 

@@ -68,10 +68,10 @@ def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = Fal
     regions = len(kinds[REGION]) if used != REGION else 0
     empty = [one for one in features if one.is_empty and one.spare != REGION]
     left_out = found.left_out | unused | {"empty feature": sum(not one.slips.flat for one in empty)}
-    told = ", ".join(counted(number, noun) for noun, number in left_out.items() if number)
+    counts = ", ".join(counted(number, noun) for noun, number in left_out.items() if number)
     slips = found.slips + reduce(add, (one.slips for one in empty), Slips())
     if not found.areas and not found.rings:
-        raise _nothing(features, slips, told)
+        raise _nothing(features, slips, counts)
     notes = [
         *notes,
         *clips,
@@ -79,7 +79,7 @@ def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = Fal
         *found.notes,
         *slips.notes,
     ]
-    notes += [f"left out: {told}"] if told else []
+    notes += [f"left out: {counts}"] if counts else []
     if regions:
         notes.append(f"{counted(regions, 'region')} in it: regions: {{file: ..., name: attribute}} takes them")
     return Bounding(found.areas, found.rings, notes)

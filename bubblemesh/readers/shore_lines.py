@@ -58,7 +58,7 @@ def left_of(
     shore = _Shore(lines, ROUNDING * max(np.ptp(shapely.get_coordinates(frame), axis=0)))
     votes = shore.votes(faces)
     loose = [spur for some in (spurs, bridges) for spur in shapely.get_parts(some).tolist()]
-    notes = _spurs_told(faces, votes.sum(axis=1), loose, shore)
+    notes = _spur_notes(faces, votes.sum(axis=1), loose, shore)
     for face, (right, left) in zip(faces, votes, strict=True):
         if min(left, right) > FEW * (left + right):
             where, feature = shore.odd_one(face, left < right)
@@ -112,7 +112,7 @@ class _Shore:
         return np.hypot(*along.T), left, middles[side], segment
 
 
-def _spurs_told(
+def _spur_notes(
     faces: Sequence[shapely.Polygon], around: Floats, spurs: Sequence[shapely.Geometry], shore: _Shore
 ) -> tuple[str, ...]:
     """Note on short pieces of lines that bound nothing; CaseError if in a face they are long, compared to its sides."""

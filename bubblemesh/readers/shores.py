@@ -74,12 +74,12 @@ def _areas(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tup
     faulty = turned[~shapely.is_valid(turned)]
     ending = shapely.transform(turned, lambda points: _on_sides(points, box))
     cut = shapely.intersection(shapely.make_valid(ending), frame)
-    told: Notes = ()
+    mended: Notes = ()
     if len(faulty):
         where = given_place(fault_place(faulty[0]))
-        told = (f"{counted(len(faulty), 'shape')} mended that crossed or touched itself, the first at {where}",)
+        mended = (f"{counted(len(faulty), 'shape')} mended that crossed or touched itself, the first at {where}",)
     joined, more = _joined(polygons_of(cut), ON_SIDE * max(box[2] - box[0], box[3] - box[1]))
-    return joined, (*told, *more)
+    return joined, (*mended, *more)
 
 
 def _near(shapes: Shapes, frame: shapely.Polygon) -> tuple[Integers, Shapes]:
@@ -109,8 +109,8 @@ def _joined(shapes: Sequence[shapely.Polygon], near: float) -> tuple[list[shapel
     if not places:
         return list(shapes), ()
     pairs = counted(len(places), "pair")
-    told = f"gaps of rounding closed between {pairs} of shapes, the first at {given_place(places[0])}"
-    return polygons_of(shapely.make_valid(found)), (told,)
+    note = f"gaps of rounding closed between {pairs} of shapes, the first at {given_place(places[0])}"
+    return polygons_of(shapely.make_valid(found)), (note,)
 
 
 def _apart(one: shapely.Polygon, other: shapely.Polygon, near: float) -> Floats:

@@ -34,14 +34,14 @@ def without_outside(
     points = [point for point, out in zip(parts.points, outside.tolist(), strict=True) if out]
     _require_none([point for point in points if not point.optional])
     lines = [line for line in parts.lines if line.optional and _length_inside(line, polygon) <= tolerance]
-    told = [f"{counted(len(points), 'point')} left out, outside of the domain: {_named(points)}"] if points else []
-    told += [f"{counted(len(lines), 'line')} left out, outside of the domain"] if lines else []
+    notes = [f"{counted(len(points), 'point')} left out, outside of the domain: {_named(points)}"] if points else []
+    notes += [f"{counted(len(lines), 'line')} left out, outside of the domain"] if lines else []
     gone = {*map(id, points), *map(id, lines)}
     return replace(
         parts,
         lines=tuple(line for line in parts.lines if id(line) not in gone),
         points=tuple(point for point in parts.points if id(point) not in gone),
-        remarks=(*parts.remarks, *told),
+        remarks=(*parts.remarks, *notes),
     )
 
 

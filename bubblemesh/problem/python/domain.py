@@ -40,7 +40,7 @@ class ProgramRings:
     def domain(self) -> Domain:
         """The domain that the rings bound.
 
-        CaseError if an argument is none of its kind or does not fit the others; GeometryError, about the argument, if
+        CaseError if an argument is of the wrong kind or does not fit the others; GeometryError, about the argument, if
         the rings are empty or invalid.
         """
         following = self._following()
@@ -107,7 +107,7 @@ def _areas(geometry: Geometry, holes: Sequence[ArrayLike]) -> list[list[_Points]
 
 
 def _sequence(holes: Any) -> "Sequence[Any] | Floats":
-    """Holes, one after the other; CaseError if they are none."""
+    """Holes, one after the other; CaseError if they are not a list of rings."""
     if not isinstance(holes, Sequence | np.ndarray):
         raise CaseError(f"holes: must be a list of rings, arrays (n, 2) of points (found {type(holes).__name__})")
     return holes

@@ -21,7 +21,7 @@ SpacingLike = float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any]
 
 
 def spacing_of(spacing: SpacingLike, domain: Domain, others: Sequence[Value] = ()) -> SpacingRequest:
-    """The spacing, whose values are checked, and its rules; CaseError where it is none of the four.
+    """The spacing, whose values are checked, and its rules; CaseError if it is not a `SpacingLike`.
 
     ``others`` are values beside it that may name its rasters.
     """

@@ -61,11 +61,11 @@ def open_sea(
     sea: shapely.Geometry,
     sides: Sequence[Floats],
     smallest: float,
-    told: Sequence[str],
+    given_notes: Sequence[str],
     advice: str = "correct the box, or say of: sea if the shapes are water",
 ) -> Sea:
     """Parts of the sea that are open and large, without small islands; GeometryError, with the advice, if none is."""
-    found, notes = polygons_of(sea), list(told)
+    found, notes = polygons_of(sea), list(given_notes)
     rim = shapely.MultiLineString([shapely.LineString(side) for side in sides])
     size = box_size(sides)
     opened = [part for part in found if part.boundary.intersection(rim.buffer(ON_SIDE * size)).length > 1e-3 * size]

@@ -13,7 +13,7 @@ SLIVER = 0.25  # of the square of the narrowest width: smaller narrow parts are 
 BAND = 1.05  # ratio of widths that are taken to be one
 TOUCHING = 1.07  # a little more than that
 PIECE = 16  # sides of a line that are grown at once: the time of long ones goes with the square of their points
-LEAST_WIDTH = 1e-6  # of the box's size: a spacing that is none is refused later
+LEAST_WIDTH = 1e-6  # of the box's size: a spacing that is not a length is refused later
 
 
 def without_narrow(sea: Sea, spacing: SpacingAt, narrowest: float, smallest: float) -> Sea:

@@ -24,5 +24,5 @@ def fitted_sea(sea: Sea, keys: ShoreDomain, spacing: SpacingAt) -> Sea:
     before, after = (len(shapely.get_coordinates(which)) for which in (sea.parts, parts))
     if after == before:
         return sea
-    told = f"{before - after:,} of {before:,} points of the shore left out, which its detail does not need"
-    return sea._replace(parts=parts, notes=(*sea.notes, told))
+    note = f"{before - after:,} of {before:,} points of the shore left out, which its detail does not need"
+    return sea._replace(parts=parts, notes=(*sea.notes, note))

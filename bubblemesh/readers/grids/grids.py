@@ -239,12 +239,12 @@ def _band(data: Any, name: str | None, stem: str) -> tuple[int, str]:
     out. CaseError if a name is needed or unknown, or the values are not real numbers.
     """
     numbered = {f"band_{number}": number for number in data.indexes}
-    told = [
+    named = [
         one if one and data.descriptions.count(one) == 1 else key
         for one, key in zip(data.descriptions, numbered, strict=True)
     ]
     masks = [role.name == "alpha" for role in data.colorinterp]
-    bands = {one: number for one, number, mask in zip(told, data.indexes, masks, strict=True) if not mask}
+    bands = {one: number for one, number, mask in zip(named, data.indexes, masks, strict=True) if not mask}
     if name in numbered:
         number, called = numbered[name], name
     elif len(bands) == 1:

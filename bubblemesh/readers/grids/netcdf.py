@@ -148,7 +148,7 @@ class _Header:
         """
         found, count = self.number(), self.count()
         if found not in (0, tag) or not 0 <= count <= MOST_NAMES:
-            raise ValueError("a list of its header is none")
+            raise ValueError("a list of its header has another tag")
         return range(count)
 
     def attributes(self) -> dict[str, Any]:

@@ -51,7 +51,7 @@ def read_gridded(path: Path, name: str | None) -> Gridded:
     with opened(path) as stream:
         if not stream.peek(len(ZIP)).startswith(ZIP):
             return Gridded(_named([path.stem], name), _array(stream, path.stem), None, None)
-        with _damage_told(), ZipFile(stream) as archive:
+        with _damage_reported(), ZipFile(stream) as archive:
             members = {member.removesuffix(".npy"): member for member in archive.namelist()}
             chosen = _named(list(members), name)
 
@@ -71,7 +71,7 @@ def _named(arrays: list[str], name: str | None) -> str:
 
 
 @contextmanager
-def _damage_told() -> Iterator[None]:
+def _damage_reported() -> Iterator[None]:
     """Within the block, turn any error of a library into a FileError."""
     try:
         yield
@@ -86,7 +86,7 @@ def _array(stream: IO[bytes], name: str) -> Floats:
 
     LimitError if the array is too large, CaseError if it does not hold real numbers, FileError if it is damaged.
     """
-    with _damage_told():
+    with _damage_reported():
         shape, by_columns, dtype = HEADERS[np.lib.format.read_magic(stream)](stream)
         count = math.prod(shape)
         if dtype.hasobject or min(shape, default=0) < 0:

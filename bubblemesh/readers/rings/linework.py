@@ -46,14 +46,15 @@ def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> Join
     chords = shapely.STRtree(shapely.linestrings(ends))
     labels = [label for _, some in copies for label in some]
     made = [_ring(points, chords, labels, curves[0].name) for points in enclosed]
-    told = [RingChange("lines that do not close cut where they cross, and closed", as_point(enclosed[0][0]), 0.0, ())]
+    what = "lines that do not close cut where they cross, and closed"
+    changes = [RingChange(what, as_point(enclosed[0][0]), 0.0, ())]
     if len(loose):
         longest = max(loose, key=shapely.length)
         before = tuple(shapely.get_coordinates(line) for line in loose)
-        told.append(
+        changes.append(
             RingChange(f"{counted(len(loose), 'loose line')} left out", as_point(longest.coords[0]), 0.0, before)
         )
-    return JoinedRings([replace(made[0], changes=tuple(told)), *made[1:]], [], Slips())
+    return JoinedRings([replace(made[0], changes=tuple(changes)), *made[1:]], [], Slips())
 
 
 def _copy(curve: CompoundCurve) -> tuple[Floats, list[str | None]]:
