@@ -112,6 +112,7 @@ def adapted(
 def _adapted(
     case: Case, solution: Solution, target: Target, exact: str | None, on_round: OnRound, on_share: OnShare
 ) -> Result:
+    """Estimate the error, make the problem whose sizes follow from it, and mesh that; the report has the figures."""
     if case.metric is not None:
         with at_key("metric"):
             raise CaseError("remove `metric` from the case: adapt --anisotropic computes its own")

@@ -32,12 +32,14 @@ def smooth_sizes(points: Floats, triangles: Integers) -> Floats:
 
 
 def sizes_for_error(estimate: Estimate, sizes: Floats, error: float) -> Floats:
-    """Sizes (t,) with which the fewest triangles lead to a wanted error of the whole, from the present sizes (t,).
+    """Sizes (t,) with which the fewest triangles lead to a requested error of the whole, from the present sizes (t,).
 
     With linear elements the error eta of a triangle whose size goes from h to h' becomes that of (h / h')^2 triangles,
-    altogether eta h' / h. Under the condition that the squares of these add up to the wanted error's E, the number of
-    triangles, the sum of (h / h')^2, is least where h' = h (t / eta)^(1/2) with t = E^2 / sum of eta: each new triangle
-    has the same error t then. (With polynomials of degree p the exponent is 1 / (p + 1).)
+    altogether eta h' / h.
+
+    - The squares of these have to add up to that of the error E that is asked for.
+    - The number of triangles is the sum of (h / h')^2. It is least where h' = h (t / eta)^(1/2), with t = E^2 / sum of
+      eta: each new triangle has the same error t then. (With polynomials of degree p the exponent is 1 / (p + 1).)
 
     Sizes change by limited factors, so that the error may come out larger or smaller.
     """

@@ -192,6 +192,7 @@ class _Reader:
         return root
 
     def _node(self, event: Any, events: Iterator[Any], depth: int) -> Node:
+        """The value that begins with an event, at a depth within others; errors if it is too deep or too large."""
         if isinstance(event, yaml.AliasEvent):
             return self._shared(event, depth)
         if depth > MAX_DEPTH:

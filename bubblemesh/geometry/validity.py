@@ -111,6 +111,7 @@ def require_holes_apart(
 
 
 def _require_inside(hole: shapely.Polygon, outer: shapely.Polygon, name: str, around: str) -> None:
+    """Refuse a hole that is not inside the ring ``around`` it, or shares an edge with that; names are for messages."""
     if outer.contains(hole):
         shared = shapely.intersection(outer.exterior, hole.exterior)
         if shared.length > 0:

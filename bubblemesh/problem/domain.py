@@ -165,6 +165,7 @@ def _inner_parts(keys: InnerKeys) -> InnerParts:
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
+    """Regions of the keys, those of a file one by one; CaseError if one of these has the name of another entry."""
     seen = {keys.region: REST}
     for number, model in enumerate(keys.regions):
         key = _region_key(number)

@@ -49,6 +49,8 @@ def metric_requests(
 
 
 def _request(model: AnyMetric, domain: Domain, key: Key, rasters: Rasters) -> MetricRequest:
+    """The metric of a model, with its expressions bound to the domain; errors name the ``key`` and the one within."""
+
     def number(name: str) -> NumberAt:
         value = getattr(model, name)
         with at_key(*key, name):

@@ -185,11 +185,15 @@ def scaled_to(
 
     The secant method on logarithms, over the rough number, which is quickly known, instead of the scale: the true
     number, infinite where it is far too large, is nearly proportional to it. It begins at the rough number ``start``,
-    else at the target. If the number is out of reach, it is an error that names the ``key``: a CaseError if the limits
-    of the spacing do not let it be that fine, a LimitError if they, or the boundary, do not let it be that coarse.
-    Without a key it is the nearest scale. What was found at others is not kept, but for the numbers, which come out
-    too. Where the number jumps across the target, as where layers get one column more, no scale comes nearer than both
+    else at the target. What was found at other scales is not kept, but for the numbers, which come out too.
+
+    Where the number jumps across the target, as where layers get one column more, no scale comes nearer than both
     sides: the search ends. If trials ``known`` before have found that already, it looks at the nearer side only.
+
+    If the number is out of reach, the result is the nearest scale, or with a ``key`` an error that names it:
+
+    - CaseError if the limits of the spacing do not let it be that fine;
+    - LimitError if they, or the boundary, do not let it be that coarse.
     """
     target, ends = np.log(nodes), scales.ends
     aim = target if start is None else np.log(start)

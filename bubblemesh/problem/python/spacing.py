@@ -37,6 +37,7 @@ def _scaled(term: Term, scale: float | None) -> Spacing:
 
 
 def _expression(spacing: float | str, domain: Domain) -> Expression:
+    """The expression of a text or a number; CaseError if it is another thing, or not finite."""
     if not isinstance(spacing, str):
         value = np.asarray(unmasked(spacing))
         if value.ndim > 0 or value.dtype.kind not in "iuf":
@@ -59,6 +60,7 @@ class _CheckedFunction:
         self.function = function
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
+        """Values (n,) at x (n,) and y (n,); CaseError if the function fails or does not give one number for each."""
         if len(x) == 0:  # which many functions do not expect
             return np.zeros(0)
         try:

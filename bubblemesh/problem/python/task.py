@@ -75,6 +75,7 @@ class MeshOptions:
         )
 
     def _check(self) -> None:
+        """Check the kinds and ranges of the arguments; CaseError with the first that is wrong."""
         if self.method is not None and not isinstance(self.method, str):
             raise CaseError(f"method: must be the name of one (found {self.method!r})")
         if self.nodes is not None and not is_whole(self.nodes, 3):
