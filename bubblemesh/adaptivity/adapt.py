@@ -152,7 +152,8 @@ def _next_problem(
     mesh, terms = (solution.points, solution.triangles), case.spacing_terms
     sizes = equivalent_sizes(*mesh)
     if target.error is not None:
-        nodes, target_sizes = None, sizes_for_error(estimate, sizes, target.error * estimate.solution)
+        nodes = None
+        target_sizes = sizes_for_error(estimate, sizes, target.error * estimate.solution)
     else:
         nodes = target.nodes or terms.nodes or len(solution.points)
         target_sizes = sizes_for_nodes(estimate, sizes, nodes)
@@ -201,7 +202,8 @@ def _next_in_metric(
     best = best_metric(*mesh, solution.values / solution.unit, _parts(domain, solution))
     case = case.model_copy(update={"method": IN_METRIC})
     coarse = Spacing(partial(_everywhere, sizes[1]))
-    task, held = replace(task_of(case, domain), adapted=True), _held(case, domain, lambda scale: coarse, solution)
+    task = replace(task_of(case, domain), adapted=True)
+    held = _held(case, domain, lambda scale: coarse, solution)
     held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *notes))
     held = replace(held, nearest=target.instead_of(len(points), terms))
     growth = terms.growth or GROWTH_IN_METRIC

@@ -132,12 +132,16 @@ def _places_on_sides(domain: Domain, points: Floats) -> tuple[Integers, Integers
 
     A point at a corner comes once for each periodic side that ends there.
     """
-    boundary, sides, nearest = domain.boundary, domain.periodic.ravel(), domain.nearest(points)
+    boundary = domain.boundary
+    sides = domain.periodic.ravel()
+    nearest = domain.nearest(points)
     length = boundary.lengths[nearest.piece]
     inside = np.minimum(nearest.s, length - nearest.s) > TOUCHING * domain.size
     corner = np.where(nearest.s < length / 2, boundary.start[nearest.piece], boundary.end[nearest.piece])
     begins, ends = (~inside[:, None] & (corner[:, None] == of[sides]) for of in (boundary.start, boundary.end))
-    (first, starting), (last, ending), between = np.nonzero(begins), np.nonzero(ends), np.flatnonzero(inside)
+    first, starting = np.nonzero(begins)
+    last, ending = np.nonzero(ends)
+    between = np.flatnonzero(inside)
     return (
         np.concatenate([between, first, last]),
         np.concatenate([nearest.piece[between], sides[starting], sides[ending]]),

@@ -69,7 +69,9 @@ class Solution:
         CaseError
             If the shapes do not fit together, a value is no number, or a triangle has no area; with its place.
         """
-        points, triangles, values = _array("points", points), _array("triangles", triangles), _array("values", values)
+        points = _array("points", points)
+        triangles = _array("triangles", triangles)
+        values = _array("values", values)
         _check_shapes(points, triangles, values)
         points = np.asarray(points, float)
         values = values.reshape(len(values), -1)
@@ -136,7 +138,8 @@ def require_coverage(domain: Domain, points: Floats, triangles: Integers) -> Non
     distance = domain.signed_distance(points)
     _require_inside(points, distance, ASIDE * shortest)
     _require_rim(domain, points[rim], distance[rim], ASIDE * shortest[rim])
-    covered, whole = float(np.abs(signed_areas(points, triangles)).sum()), domain.polygon.area
+    covered = float(np.abs(signed_areas(points, triangles)).sum())
+    whole = domain.polygon.area
     if abs(covered - whole) > MISMATCH * (lengths[count == 1] ** 2).sum():
         raise CaseError(
             f"the mesh of the solution has an area of {covered:.6g}, the domain one of {whole:.6g}: it has to be a "

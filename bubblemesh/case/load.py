@@ -91,7 +91,8 @@ def _loaded(
         )
     for key, value in (variant or ALONE).values:
         change = Override(key_parts(key), value, places(["sweep", key]), f"sweep.{key}")
-        data, places = applied(data, change), replace(places, changes=[*places.changes, change])
+        data = applied(data, change)
+        places = replace(places, changes=[*places.changes, change])
     if data.get("name") is None:
         data["name"] = "mesh" if str(path) == "-" else literal(path.stem)
     if variant is not None and isinstance(data["name"], str):

@@ -48,7 +48,9 @@ def resolved(given: Mapping[str, Any], *, units: bool = False) -> Resolved:
     on each other in a circle.
     """
     texts = {normal(name): name for name, value in given.items() if isinstance(value, str) and not is_number(value)}
-    values, needed, problems = _numbers(given), dict[str, set[str]](), dict[str, str]()
+    values = _numbers(given)
+    needed = dict[str, set[str]]()
+    problems = dict[str, str]()
     known = Parameters(dict.fromkeys(map(normal, given), math.nan) | values)  # names that an expression may use
     known.units = values.units = units
     for name, key in texts.items():
@@ -90,7 +92,8 @@ def used_names(data: Mapping[str, Any]) -> set[str]:
     """
     parameters = data.get("parameters")
     own = {normal(name): value for name, value in parameters.items()} if isinstance(parameters, dict) else {}
-    words, ahead = set[str](), _words({key: value for key, value in data.items() if key != "parameters"})
+    words = set[str]()
+    ahead = _words({key: value for key, value in data.items() if key != "parameters"})
     while ahead:
         words |= ahead
         ahead = _words([own[word] for word in ahead & own.keys()]) - words

@@ -46,7 +46,8 @@ def matched(shapes: Shapes, names: Sequence[str], join: float | None) -> Matched
     moves = borders.moves(max(NEARLY * size, rounding) if join is None else join)
     widest = int(moves.distance.argmax())
     width = float(moves.distance[widest])
-    where, pair = place(borders.points[widest]), _named(names, borders.owner[widest], moves.other[widest])
+    where = place(borders.points[widest])
+    pair = _named(names, borders.owner[widest], moves.other[widest])
     if join is None and width > rounding:
         raise GeometryError(
             f"{pair} are {width:.2g} apart at {where}, or overlap by that: set join: {just_above(width)} to close it"

@@ -98,7 +98,8 @@ class Boundary:
         kind = np.array([kinds.setdefault(type(curve), known + len(kinds)) for curve in curves], np.int64)
         for point in points:
             corners.setdefault(point, len(corners))
-        rows, ring = len(kind), np.repeat(np.array(rings, np.int64), [len(path.sides) for path in paths])
+        rows = len(kind)
+        ring = np.repeat(np.array(rings, np.int64), [len(path.sides) for path in paths])
         (index, left), (offset, lengths) = np.zeros((2, rows), np.int64), np.zeros((2, rows))
         families = self.families
         for number in kinds.values():

@@ -44,7 +44,9 @@ def corner_fans(boundary: Boundary) -> CornerFans:
     """Fans of both ends of all pieces that are not closed."""
     piece = np.flatnonzero(~boundary.closed)
     ahead, back = (step[piece] for step in boundary.end_steps())
-    length, start, tangents = boundary.lengths[piece], np.zeros(len(piece)), boundary.tracks(piece).tangents
+    length = boundary.lengths[piece]
+    start = np.zeros(len(piece))
+    tangents = boundary.tracks(piece).tangents
     leaving = np.vstack([tangents(start), -tangents(length)])
     later = np.vstack([tangents(ahead), -tangents(length - back)])
     direction = np.arctan2(leaving[:, 1], leaving[:, 0])

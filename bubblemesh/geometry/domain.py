@@ -138,7 +138,8 @@ class Domain(Uncached):
             lost = tuple(label for known in (rings, inner.paths) for path in known for label in path.lost)
             return cls(boundary, every_note, inner, given_outlines, changes, lost=lost)
 
-        boundary, inner = split_at_contacts(Boundary.of(rings, owner)), InnerParts() if parts is None else parts
+        boundary = split_at_contacts(Boundary.of(rings, owner))
+        inner = InnerParts() if parts is None else parts
         domain = bounded_by(boundary, inner)
         require_domain(domain.polygonal_copy, names, keys)
         if inner:

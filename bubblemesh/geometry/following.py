@@ -49,7 +49,8 @@ class Following:
         sides, vertices = list[Side](), list[Point]()
         stops = np.flatnonzero(fixed).tolist()
         for begin, end in pairwise([*stops, stops[0] + len(fixed)]):
-            run, corners = ring.sides[begin], [ring.vertices[k % len(fixed)] for k in range(begin, end + 1)]
+            run = ring.sides[begin]
+            corners = [ring.vertices[k % len(fixed)] for k in range(begin, end + 1)]
             straight = isinstance(run.curve, Line)
             curves = (
                 (self._either_way if stay else self._curves)(np.array(corners), cornered)

@@ -57,7 +57,8 @@ def _is_between(strip: shapely.Polygon, a: shapely.Polygon, b: shapely.Polygon, 
     if np.count_nonzero(shapely.dwithin(common, strip, near)) != 1:
         return True
     points = shapely.get_coordinates(strip)
-    middle, length = shapely.points((points[1:] + points[:-1]) / 2), np.hypot(*np.diff(points, axis=0).T)
+    middle = shapely.points((points[1:] + points[:-1]) / 2)
+    length = np.hypot(*np.diff(points, axis=0).T)
     to_a, to_b = shapely.distance(middle, a), shapely.distance(middle, b)
     facing = [length[(one <= near) & (other <= gap)].sum() for one, other in ((to_a, to_b), (to_b, to_a))]
     return min(facing) > LONG * gap

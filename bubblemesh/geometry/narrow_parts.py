@@ -108,12 +108,15 @@ class FacingWalls:
         """
         boundary, chords = self.domain.boundary, self.chords
         both = np.flatnonzero(boundary.inner[piece])
-        number, side = np.append(np.arange(len(piece)), both), np.repeat([1.0, -1.0], [len(piece), len(both)])
+        number = np.append(np.arange(len(piece)), both)
+        side = np.repeat([1.0, -1.0], [len(piece), len(both)])
         piece, s, reach, room = piece[number], s[number], reach[number], room[number]
         points, tangents = boundary.tracks(piece).places(s)
         normals = side[:, None] * turned_left(tangents)
         rays = np.stack([points, points + reach[:, None] * normals], axis=1)
-        beyond, left, found = np.full(len(points), np.inf), np.arange(len(points)), []
+        beyond = np.full(len(points), np.inf)
+        left = np.arange(len(points))
+        found = []
         for share in self._shares(reach):
             near = share * reach if share < 1 else np.full(len(reach), np.inf)
             ray, chord = self._met(taken(points, left), taken(normals, left), PADDED * share * reach[left])
@@ -156,7 +159,8 @@ class FacingWalls:
     def _met(self, points: Floats, directions: Floats, lengths: Floats) -> tuple[Integers, Integers]:
         """Rays (k,), from ``points`` (m, 2), and the chords (k,) that they may meet, each pair once."""
         ends = points + lengths[:, None] * directions
-        rays, (chord_of, tree) = shapely.linestrings(np.stack([points, ends], axis=1)), self._parts
+        rays = shapely.linestrings(np.stack([points, ends], axis=1))
+        chord_of, tree = self._parts
         ray, part = tree.query(rays)
         if chord_of is None:
             return ray, part
@@ -220,7 +224,9 @@ class FacingWalls:
     ) -> Booleans:
         """Whether feet (m,) on the chords belong to another wall than the places, not to its bend or next corner."""
         boundary, chords = self.domain.boundary, self.chords
-        other, length, along = chords.piece[chord], boundary.lengths[piece], np.abs(foot - s)
+        other = chords.piece[chord]
+        length = boundary.lengths[piece]
+        along = np.abs(foot - s)
         along = np.where(boundary.closed[piece], np.minimum(along, length - along), along)
         start, end = boundary.start[piece], boundary.end[piece]
         ends = np.stack([boundary.start[other], boundary.end[other]])

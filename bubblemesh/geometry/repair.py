@@ -283,7 +283,8 @@ def _united(areas: Sequence[Sequence[shapely.Polygon]], gap: float, work: _Work)
 
     The pieces of one area stay separate: they touch where its ring crosses itself, and there is no gap.
     """
-    found, area = np.array(list(chain(*areas)), dtype=object), np.repeat(np.arange(len(areas)), list(map(len, areas)))
+    found = np.array(list(chain(*areas)), dtype=object)
+    area = np.repeat(np.arange(len(areas)), list(map(len, areas)))
     if len(found) < 2:
         return list(found)
     i, j = shapely.STRtree(found).query(found, predicate="intersects")

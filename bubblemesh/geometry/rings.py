@@ -95,7 +95,8 @@ def ellipse(center: Sequence[float], radii: Sequence[float], angle: float = 0.0,
 
     CaseError if ``center`` is not two numbers, ``radii`` are not two greater than 0, or ``angle`` is not a number.
     """
-    half_axes, turned = _pair(radii, "ellipse: radii", above=0), np.radians(_number(angle, "ellipse: angle"))
+    half_axes = _pair(radii, "ellipse: radii", above=0)
+    turned = np.radians(_number(angle, "ellipse: angle"))
     whole = Ellipse(_pair(center, "ellipse: center"), half_axes, float(turned), 1.0)
     return Ring((Side(whole, label),), ())
 
@@ -180,7 +181,9 @@ def _sides(
         # As most rings of files, some of which have very many points.
         lines = map(Line, points, ends)
         return [Side(line, piece.label or label) for line, piece in zip(lines, pieces, strict=True)], points, (), ()
-    sides, vertices, notes = list[Side](), [start], list[str]()
+    sides = list[Side]()
+    vertices = [start]
+    notes = list[str]()
     doubles, merged = list[Point](), list[str | None]()  # points, and labels of the sides that end there
     for piece, end in zip(pieces, ends, strict=True):
         here = vertices[-1]

@@ -58,7 +58,9 @@ class Tracks(NamedTuple):
 
     def places(self, s: Floats) -> tuple[Floats, Floats]:
         """Points and unit tangents, both (m, 2), there."""
-        along, points, tangents = self._along(s), np.empty((len(s), 2)), np.empty((len(s), 2))
+        along = self._along(s)
+        points = np.empty((len(s), 2))
+        tangents = np.empty((len(s), 2))
         for curves, nodes, curve in self.groups:
             mine = along[nodes]
             points[nodes], tangents[nodes] = curves.points(curve, mine), curves.tangents(curve, mine)

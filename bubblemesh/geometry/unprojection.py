@@ -82,11 +82,13 @@ class Unprojection:
         """A table twice as fine as one that is good enough; None if the finest one is not."""
         x0, y0, x1, y1 = self.bounds
         extent = max(x1 - x0, y1 - y0)
-        low, size = (x0 - OUTER_MARGIN * extent, y0 - OUTER_MARGIN * extent), (1 + 2 * OUTER_MARGIN) * extent
+        low = (x0 - OUTER_MARGIN * extent, y0 - OUTER_MARGIN * extent)
+        size = (1 + 2 * OUTER_MARGIN) * extent
         coarse, cells = _BilinearTable.of(self.plane, low, size, FEWEST), FEWEST
         while cells < MOST:
             cells *= 2
-            fine, places = _BilinearTable.of(self.plane, low, size, cells), _corners(low, size, cells)
+            fine = _BilinearTable.of(self.plane, low, size, cells)
+            places = _corners(low, size, cells)
             found = coarse(*places.T)
             back = self.plane.near(np.column_stack([found.real, found.imag]))
             if len(back) == len(places) and np.abs(back - places).max() <= TOLERANCE * extent:

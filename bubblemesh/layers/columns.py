@@ -100,7 +100,9 @@ class Columns:
 
         They are below 1 beside columns of a ladder with a lower first height: heights rise gradually from these.
         """
-        (i, j), (one, other), asked = self.pair.T, self.twins.T, self._first
+        i, j = self.pair.T
+        one, other = self.twins.T
+        asked = self._first
         first, lower = asked, asked.copy()
         for _ in range(len(self)):
             for a, b in ((i, j), (j, i)):

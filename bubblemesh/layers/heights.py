@@ -53,7 +53,8 @@ def heights(columns: Columns, room: Floats, possible: Most) -> Heights:
 
 def layers_within(columns: Columns, height: Floats) -> Integers:
     """Number (c,) of the layers of each column that are no higher in all than some height (c,)."""
-    found, full = np.zeros(len(columns), np.int64), height / columns.scale * (1 + HEIGHT_ROUNDING)
+    found = np.zeros(len(columns), np.int64)
+    full = height / columns.scale * (1 + HEIGHT_ROUNDING)
     for number, ladder in enumerate(columns.ladders):
         mine = columns.ladder == number
         found[mine] = np.searchsorted(ladder.tops, full[mine], side="right") - 1

@@ -28,8 +28,12 @@ class JoinedLayers(NamedTuple):
 
 def join_layers(rest: Rest, net: Net, spacing: Spacing) -> JoinedLayers:
     """A net of the rest and the cells of the layers, as one of the whole domain."""
-    strips, whole, own = rest.strips, rest.strips.walls.domain, net.bubbles
-    count, fixed, inside = len(strips.x), len(whole.boundary.corners), len(own) - own.boundary_count
+    strips = rest.strips
+    whole = strips.walls.domain
+    own = net.bubbles
+    count = len(strips.x)
+    fixed = len(whole.boundary.corners)
+    inside = len(own) - own.boundary_count
     known = np.append(rest.corners, count + np.arange(len(own) - own.corners))
     edges, between = _nodes_on_fronts(rest, own)
     cells, pairs, halves = _divided(strips, edges, between)
@@ -57,7 +61,9 @@ def join_layers(rest: Rest, net: Net, spacing: Spacing) -> JoinedLayers:
 
 def _on_whole(strips: Strips) -> tuple[Integers, Floats]:
     """Piece (n,) of the whole on which each node of the strips slides, -1 for none, and its arc length (n,) there."""
-    walls, columns, count = strips.walls, strips.columns, strips.heights.count
+    walls = strips.walls
+    columns = strips.columns
+    count = strips.heights.count
     owner, rank = members(columns.own(count))
     piece, s = on_pieces(columns, walls, owner, reached(columns, strips.heights, owner, rank + 1))
     return np.append(walls.node_piece, piece), np.append(walls.node_s, s)
@@ -83,7 +89,9 @@ def _divided(strips: Strips, edges: Integers, between: Sequence[Integers]) -> tu
     quadrilateral last.
     """
     cells = strips.cells
-    triangles, pair, q = cells.triangles, cells.pair, len(cells.diagonals)
+    triangles = cells.triangles
+    pair = cells.pair
+    q = len(cells.diagonals)
     undivided = np.ones(q, bool)
     left = list(range(len(edges)))
     while left:

@@ -72,7 +72,9 @@ def low_columns(strips: Strips, which: Integers) -> dict[str, Booleans]:
 
     Where layers end one by one along the wall, as they have to, columns are not low.
     """
-    columns, heights, every = strips.columns, strips.heights, np.arange(len(strips.columns))
+    columns = strips.columns
+    heights = strips.heights
+    every = np.arange(len(columns))
     bare = (heights.most.count == 0) & columns.are_isotropic & ~columns.ends
     requested = np.where(columns.ends | bare, 0, heights.requested)
     beside_ends = gradual(columns, np.where(columns.ends, 0, heights.requested.max(initial=0)))
@@ -91,7 +93,9 @@ def _have_all(strips: Strips, most: Integers) -> Booleans:
 
     These change gradually, so that columns beside few layers are lower than one layer more for each would make them.
     """
-    columns, heights, every = strips.columns, strips.heights, np.arange(len(strips.columns))
+    columns = strips.columns
+    heights = strips.heights
+    every = np.arange(len(columns))
     fitting = layers_within(columns, limited_slopes(columns, columns.tops(every, most)))
     return (heights.factor == 1) & (heights.count >= gradual(columns, np.minimum(most, fitting)))
 

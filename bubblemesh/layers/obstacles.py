@@ -94,7 +94,8 @@ class Obstacles:
         meeting = self.tree.query(inner, predicate="intersects")
         one = meeting[0, self._is_apart(strips, full, *meeting)]
         near, by = self.tree.query(shapes, predicate="dwithin", distance=APART * high)
-        feet, ends = self.seen(strips.x[columns.foot[columns.pair[full]]]), np.stack([self.start, self.end], axis=1)
+        feet = self.seen(strips.x[columns.foot[columns.pair[full]]])
+        ends = np.stack([self.start, self.end], axis=1)
         joined = (feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
         # What lies beside the foot of a strip is its own wall, or one that goes on from that.
         beside = np.where(self.layered[by], high[near], BESIDE_FOOT * low[near])

@@ -45,7 +45,9 @@ class _ColumnBuilder:
     """Columns as they are found, at one end of a side after the other."""
 
     def __init__(self, walls: Walls, ladders: Sequence[Ladder]) -> None:
-        self.walls, self.ladders, self.along = walls, ladders, walls.directions
+        self.walls = walls
+        self.ladders = ladders
+        self.along = walls.directions
         self.layered, self.pieces_with_layers = walls.layered, walls.pieces_with_layers
         self.normals = turned_left(self.along)
         self.rows = list[_Row]()
@@ -80,7 +82,9 @@ class _ColumnBuilder:
         """Find the column between a side and the one ``after`` it, of which only one has layers."""
         walls, layers_first = self.walls, bool(self.layered[side])
         mine, bare = (side, after) if layers_first else (after, side)
-        angle, foot, ladder = float(walls.angle[side]), int(walls.ends[side, 1]), int(walls.ladder[mine])
+        angle = float(walls.angle[side])
+        foot = int(walls.ends[side, 1])
+        ladder = int(walls.ladder[mine])
         taken = bool(self.pieces_with_layers[walls.piece[bare]])  # by nodes for layers on its other side
         if self.ladders[ladder].follow and STEEPEST_END <= angle <= FLATTEST_END and not taken:
             up = (self.along[bare] if layers_first else -self.along[bare]) / np.sin(angle)

@@ -42,7 +42,9 @@ class Rest:
         begin, end, first, last = _beside_columns(strips)
         beside, right = Edges.of(strips).once()
         straight = Lines(strips.x[beside.ends[:, 0]], strips.x[beside.ends[:, 1]])
-        count, edges, rim = len(bare), len(right), np.append(~whole.inner[bare], right < 0)
+        count = len(bare)
+        edges = len(right)
+        rim = np.append(~whole.inner[bare], right < 0)
         boundary = Boundary(
             families=(*whole.families, straight),
             kind=np.append(whole.kind[bare], np.full(edges, len(whole.families))),

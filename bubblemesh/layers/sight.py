@@ -61,7 +61,8 @@ def _above(obstacles: Obstacles, up: Floats, origin: Floats, reach: Floats, whic
     rays = shapely.linestrings(np.stack([origin, origin + ray], axis=1)[which])
     of, line = obstacles.tree.query(rays, "intersects")
     of = which[of]
-    along, over = (obstacles.end - obstacles.start)[line], obstacles.start[line] - origin[of]
+    along = (obstacles.end - obstacles.start)[line]
+    over = obstacles.start[line] - origin[of]
     (rx, ry), (ux, uy), (ox, oy) = ray[of].T, along.T, over.T
     with np.errstate(divide="ignore", invalid="ignore"):
         way = reach[of] * (ox * uy - oy * ux) / (rx * uy - ry * ux)
@@ -76,7 +77,8 @@ def _between(
     """Ends of walls between the pairs (k, 2) of columns, as seen from the first ones and from the second ones."""
     (i, j), high = pairs.T, reach[pairs].min(axis=1)[:, None]
     corners = [origin[i], origin[j], origin[j] + high * columns.up[j], origin[i] + high * columns.up[i]]
-    points, layered = np.concatenate([obstacles.start, obstacles.end]), np.tile(obstacles.layered, 2)
+    points = np.concatenate([obstacles.start, obstacles.end])
+    layered = np.tile(obstacles.layered, 2)
     pair, point = shapely.STRtree(shapely.points(points)).query(
         shapely.polygons(np.stack(corners, axis=1)), "intersects"
     )

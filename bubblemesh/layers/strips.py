@@ -38,7 +38,8 @@ class Strips:
     @classmethod
     def of(cls, columns: Columns, walls: Walls, found: Heights) -> "Strips":
         """Strips of columns that are so high."""
-        x, first = column_nodes(columns, walls, found), np.append(0, np.cumsum(columns.own(found.count)))
+        x = column_nodes(columns, walls, found)
+        first = np.append(0, np.cumsum(columns.own(found.count)))
         return cls(columns, walls, found, np.vstack([walls.x, x]), first + len(walls.x))
 
     def node(self, column: Integers, level: Integers) -> Integers:
@@ -105,7 +106,8 @@ class Strips:
         If the wall had no nodes for triangles that grow from there, these would divide the last cells into flat ones.
         """
         fans = np.flatnonzero(self.columns.fan & self.full)
-        foot, length = self.columns.pair[fans, 0], np.hypot(*np.diff(self.x[self.fronts[fans]], axis=1)[:, 0].T)
+        foot = self.columns.pair[fans, 0]
+        length = np.hypot(*np.diff(self.x[self.fronts[fans]], axis=1)[:, 0].T)
         # Layers of a given number that end early for lack of room would have less of it if the wall had more nodes.
         complete = self.columns.are_isotropic[foot] | (self.heights.count >= self.heights.requested)[foot]
         low = complete & (length < LOW_FAN * self.columns.spacing[foot])

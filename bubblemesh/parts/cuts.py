@@ -138,7 +138,9 @@ class _Cutter:
         around = BEYOND * self._domain.size
         box = np.array(shapely.box(x0 - around, y0 - around, x1 + around, y1 + around).exterior.coords)[:-1]
         total = float((samples.sides**2 / samples.d**2).sum())
-        made, lines, work = list[Cut](), list[OpenPath](), list[float]()
+        made = list[Cut]()
+        lines = list[OpenPath]()
+        work = list[float]()
         heights = (_offset(samples.centers, ORIGIN, angle) for angle in ANGLES)
         orders = tuple(np.argsort(-height, kind="stable") for height in heights)
         queue = [(_Piece(samples, orders, box, cells), -1, True)]
@@ -247,13 +249,14 @@ class _Cutter:
 
     def _crossings(self, ends: Floats) -> float:
         """Cost of a line's crossings between its ends (2, 2), by their angles; the line ends at earlier cuts."""
-        way, other = ends[1] - ends[0], np.diff(self._chords[self._met(ends).chord], axis=1)[:, 0]
+        way = ends[1] - ends[0]
+        other = np.diff(self._chords[self._met(ends).chord], axis=1)[:, 0]
         cosine = np.abs(other @ way) / (np.hypot(*other.T) * np.hypot(*way))
         return float((CROSSING + OBLIQUE * cosine**2).sum())
 
     def _met(self, ends: Floats) -> _Met:
         """The chords that a line crosses between its ends (2, 2), or there."""
-        (ux, uy) = ends[1] - ends[0]
+        ux, uy = ends[1] - ends[0]
         ax, ay = ends[0]
         side = ux * (self._chords[..., 1] - ay) - uy * (self._chords[..., 0] - ax)
         across = np.flatnonzero(side[:, 0] * side[:, 1] < 0)
@@ -290,7 +293,9 @@ def _through(choice: _Choice, line: Floats) -> _Choice:
 def _choices(piece: _Piece) -> Iterator[_Choice]:
     """Cuts that divide the work of a piece about evenly among its cells, in several directions."""
     centers, sides, d = piece.samples
-    work, bubbles, half = sides**2 / d**2, sides / d, sides / 2
+    work = sides**2 / d**2
+    bubbles = sides / d
+    half = sides / 2
     total = work.sum()
     goal = (piece.cells // 2) / piece.cells
     for angle, order in zip(ANGLES, piece.orders, strict=True):

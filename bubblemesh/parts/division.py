@@ -57,12 +57,15 @@ class CutDomain:
     @cached_property
     def ends(self) -> Integers:
         """Corners (e,) at which cuts meet each other, the boundary, or inner lines, in ascending order."""
-        cuts, fresh = self.origin < 0, np.arange(len(self.whole.boundary.corners), len(self.boundary.corners))
+        cuts = self.origin < 0
+        fresh = np.arange(len(self.whole.boundary.corners), len(self.boundary.corners))
         return each_once(np.concatenate([self.boundary.start[cuts], self.boundary.end[cuts], fresh]))
 
     def part(self, cell: int) -> tuple[Domain, Places]:
         """The domain of one cell, and where its corners and pieces are in the division."""
-        boundary, inner, between = self.boundary, self.boundary.inner, self.on_cut
+        boundary = self.boundary
+        inner = boundary.inner
+        between = self.on_cut
         here, there = self.left == cell, self.right == cell
         within = inner & ~between & here
         turned = between & there
@@ -165,7 +168,9 @@ def cut_domain(domain: Domain, cuts: Cuts, spacing: Spacing) -> CutDomain:
 
 def _mirrored(division: CutDomain) -> CutDomain:
     """The division with a corner on a periodic side wherever a cut meets its counterpart."""
-    whole, boundary, pairs = division.whole.boundary, division.boundary, division.whole.periodic
+    whole = division.whole.boundary
+    boundary = division.boundary
+    pairs = division.whole.periodic
     new = np.arange(len(whole.corners), len(boundary.corners))
     if len(pairs) == 0 or len(new) == 0:
         return division

@@ -47,7 +47,8 @@ def kept_part(store: Store, number: int, job: PartJob) -> Margin:
 
 def split(domain: Domain, places: Places, done: Packed, target: Spacing | None) -> Part:
     """Split a packed part into its core and its band, with the figures of the core if a target is given."""
-    net, n = replace(unconnected(done.bubbles, domain), triangles=done.triangles), len(done.bubbles)
+    net = replace(unconnected(done.bubbles, domain), triangles=done.triangles)
+    n = len(done.bubbles)
     bubbles, triangles = net.bubbles, net.triangles
     on_cuts = bubbles.corners + np.flatnonzero(places.on_cut[bubbles.piece])
     moving = near(net, np.append(places.ends, on_cuts), SEAM + BEYOND) | near(net, places.ends, JUNCTION + BEYOND)
@@ -57,7 +58,9 @@ def split(domain: Domain, places: Places, done: Packed, target: Spacing | None) 
     order = np.concatenate([np.flatnonzero(shared), np.flatnonzero(~shared)])
     number, count = np.empty(n, np.int64), int(shared.sum())
     number[order] = np.arange(n)
-    x, facets, piece = bubbles.x[order], number[net.facets], net.facet_piece
+    x = bubbles.x[order]
+    facets = number[net.facets]
+    piece = net.facet_piece
     near_cuts, rest = (sorted_triangles(number[triangles[mine]]) for mine in (in_band, ~in_band))
     region = regions(np.concatenate([near_cuts, rest]), facets, places.left[piece], places.right[piece])
     sides = directed_sides(near_cuts)
@@ -67,7 +70,9 @@ def split(domain: Domain, places: Places, done: Packed, target: Spacing | None) 
     rim, rim_region = sides[at_rim], region[at_rim % max(len(near_cuts), 1)]
     band = Band(x[:count], bubbles.corners, bubbles.piece, bubbles.s, near_cuts, rim, rim_region)
     own, valence = np.arange(n) >= count, np.zeros(n, np.int64)
-    quality, targets, census = np.zeros(0), np.zeros(0), None
+    quality = np.zeros(0)
+    targets = np.zeros(0)
+    census = None
     if target is not None and len(rest):
         measures = Measures(x, rest)
         edges = measures.edges[0]

@@ -27,7 +27,9 @@ class Patch(NamedTuple):
 
 def patch(division: CutDomain, places: Places, band: Band, first: int) -> Patch:
     """The band of a part as a patch, whose own nodes have the numbers from ``first`` on."""
-    boundary, held, corners = division.boundary, division.held, band.corners
+    boundary = division.boundary
+    held = division.held
+    corners = band.corners
     piece, s = places.piece[band.piece], band.s
     s = np.where(places.turned[band.piece], boundary.lengths[piece] - s, s)
     node = np.full(len(band.x), -1)
@@ -62,7 +64,8 @@ def join_bands(division: CutDomain, patches: Sequence[Patch], spacing: Spacing) 
     x, piece, s = (np.concatenate([getattr(patch, name) for patch in patches])[row] for name in ("x", "piece", "s"))
     triangles = np.concatenate([patch.triangles for patch in patches])
     # The same places on both sides of a cut, whichever way it runs for them.
-    held, corner = (node >= len(boundary.corners)) & (node < shared), node < len(boundary.corners)
+    held = (node >= len(boundary.corners)) & (node < shared)
+    corner = node < len(boundary.corners)
     x[corner] = boundary.corners[node[corner]]
     x[held] = boundary.points(piece[held], s[held])
     number, s = division.on_whole(node, piece, s)

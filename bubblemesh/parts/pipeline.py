@@ -161,7 +161,9 @@ def _packed_seams(net: Net, free: Booleans, terms: Terms, workshop: Workshop, do
 
     The share ``done`` of all work is done before; half of that for seams is done here.
     """
-    found, made, terms = SeamStrips.of(net, free), dict[int, Strip](), terms.for_seams()
+    found = SeamStrips.of(net, free)
+    made = dict[int, Strip]()
+    terms = terms.for_seams()
     sizes = found.sizes
 
     def job(number: int) -> Job:

@@ -114,7 +114,9 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
         from bubblemesh.problem.shoreline.rings import areas_of_sea
 
         return areas_of_sea(sea_in_box(keys), keys.shoreline.file)
-    repair, areas, holes = repair_of(keys), list(_outer_areas(keys)), list(_holes(keys))
+    repair = repair_of(keys)
+    areas = list(_outer_areas(keys))
+    holes = list(_holes(keys))
     rings = [hole.outer for hole in holes]
     islands = [Area(ring) for hole in holes for ring in hole.holes]  # what lies in a hole of a hole is meshed again
     if not repair.mend:

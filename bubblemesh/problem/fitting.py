@@ -69,7 +69,8 @@ def fitted_to_boundary(
     for_packing = limited_for_packing_across_sides(domain, requested.after_periodic, short.joined(coarse))
     if for_packing.spacing is not requested.spacing:
         expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)
-    walls, unfilled = FacingWalls(domain), Unfilled(cover, spacing, requested.after_periodic, for_packing, expected)
+    walls = FacingWalls(domain)
+    unfilled = Unfilled(cover, spacing, requested.after_periodic, for_packing, expected)
     return Fitted(
         spacing, short, coarse, for_packing, walls, with_narrow_parts_filled(walls, rules, unfilled, max_nodes)
     )

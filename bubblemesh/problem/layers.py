@@ -40,7 +40,8 @@ def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
     """Layers of each entry, once its labels and its region are checked."""
     boundary = domain.boundary
     sides = [boundary.labels[k] for k in sorted(set(boundary.label.tolist()))]
-    taken, named = dict[tuple[str, str | None], int](), {label for keys in entries for label in several(keys.on)}
+    taken = dict[tuple[str, str | None], int]()
+    named = {label for keys in entries for label in several(keys.on)}
     for number, keys in enumerate(entries):
         with at_key("layers", number, "region"):
             if keys.region is not None and keys.region not in domain.parts.names:
@@ -122,7 +123,10 @@ def _ladder(keys: LayerKeys, key: Key, domain: Domain) -> Ladder:
     CaseError if there are too many of them, or the first one is too low for a domain of that size, or so far from the
     origin.
     """
-    growth, first, count, size = keys.growth, keys.first, keys.count, domain.size
+    growth = keys.growth
+    first = keys.first
+    count = keys.count
+    size = domain.size
     farthest = max(map(abs, domain.bounds))
     if count is not None and keys.thickness is not None:
         first = first_of(count, keys.thickness, growth)

@@ -60,7 +60,8 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[EllipsesAt, tuple
         _require_meeting("grid", first.bounds, domain)
         if any(not (np.array_equal(one.x, first.x) and np.array_equal(one.y, first.y)) for one in found):
             raise CaseError("m11, m12 and m22 have pixels at other places: write them on one grid")
-        tensors, columns = np.column_stack([one.values.ravel() for one in found]), len(first.x)
+        tensors = np.column_stack([one.values.ravel() for one in found])
+        columns = len(first.x)
         require_positive_definite(area_sizes(tensors), lambda k: (first.x[k % columns], first.y[k // columns]))
     return Entries(*found), (*notes, *(f"{model.file}: {note}" for note in _left_out("grid", first, domain)))
 

@@ -141,7 +141,8 @@ def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
     boundary, pairs = domain.boundary, domain.periodic
     if len(pairs) == 0:
         return
-    piece, share = np.repeat(pairs[:, 0], STATIONS), np.tile(np.linspace(0, 1, STATIONS), len(pairs))
+    piece = np.repeat(pairs[:, 0], STATIONS)
+    share = np.tile(np.linspace(0, 1, STATIONS), len(pairs))
     s = share * boundary.lengths[piece]
     mine, other, at = counterparts(boundary, pairs, piece, s)
     here, there = boundary.points(piece[mine], s[mine]), boundary.points(other, at)

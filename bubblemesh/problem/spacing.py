@@ -84,7 +84,9 @@ def held_request(case: Case, domain: Domain, at: SpacingAtScale) -> SpacingReque
     Courant number, and the depth to write. Spacings of regions that go with a number of nodes do not apply, and a
     warning says so.
     """
-    terms, depth, own = case.spacing_terms, case.output.node_depth, own_values(case, domain)
+    terms = case.spacing_terms
+    depth = case.output.node_depth
+    own = own_values(case, domain)
     with own_files(terms, case.root):
         rasters, notes = named_rasters(terms, domain, [depth.of, *(value for value, _ in own.values())])
         deep = node_depth(terms, domain, rasters, depth)

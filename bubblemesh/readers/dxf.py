@@ -285,7 +285,9 @@ def _unused(kind: str, entities: list[Any]) -> str:
 def _feature(found: _Drawn) -> Feature:
     """Feature with the curves and the point of an entity, its layer and its properties."""
     entity = found.entity
-    kind, name, layer = entity.dxftype(), _name(entity), str(entity.dxf.layer)
+    kind = entity.dxftype()
+    name = _name(entity)
+    layer = str(entity.dxf.layer)
     label, notes = writable_label(None if layer == "0" else layer, "a layer")
     properties = {"type": kind, "handle": entity.dxf.get("handle"), "layer": layer}
     spare = HIDDEN if found.hidden else FILL if kind in FILLS else None

@@ -49,7 +49,8 @@ def _circle(entity: Any, name: str, label: str | None) -> Curves:
 
 
 def _ellipse(entity: Any, name: str, label: str | None) -> Curves:
-    begin, sweep = entity.dxf.start_param, ellipse_param_span(entity.dxf.start_param, entity.dxf.end_param)
+    begin = entity.dxf.start_param
+    sweep = ellipse_param_span(entity.dxf.start_param, entity.dxf.end_param)
     center, (x, y) = finite_points([entity.dxf.center, entity.dxf.major_axis], name)
     long = float(np.hypot(x, y))
     if long * entity.dxf.ratio == 0:
@@ -141,7 +142,8 @@ def _edge(edge: Any, name: str, label: str | None) -> list[CompoundCurve]:
         return [CompoundCurve(start, (ArcTo(end, center, bool(edge.ccw), label),), name)]
     if kind == "EllipseEdge":
         tool = edge.construction_tool()
-        begin, sweep = tool.start_param, ellipse_param_span(tool.start_param, tool.end_param) or 2 * np.pi
+        begin = tool.start_param
+        sweep = ellipse_param_span(tool.start_param, tool.end_param) or 2 * np.pi
         made = _sampled([_through(tool.vertices, begin, begin + sweep, name)], name, label)
     else:
         made = _b_spline(edge.construction_tool(), name, label)

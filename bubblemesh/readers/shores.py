@@ -84,7 +84,9 @@ def _areas(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tup
 
 def _near(shapes: Shapes, frame: shapely.Polygon) -> tuple[Integers, Shapes]:
     """Numbers (k,) of the shapes whose extents meet a frame, and these shapes, moved by whole turns of longitude."""
-    turn, numbers, moved = full_turn(), list[Integers](), list[Shapes]()
+    turn = full_turn()
+    numbers = list[Integers]()
+    moved = list[Shapes]()
     x0, y0, x1, y1 = frame.bounds
     for shift in (0.0,) if turn is None else (0.0, -turn, turn):
         left, low, right, high = (shapely.bounds(shapes) + np.array([shift, 0, shift, 0])).T

@@ -144,6 +144,7 @@ def _closest(boundary: Boundary, line: PolygonalCopy, probe: int, chord: int) ->
 
 def _feet(boundary: Boundary, line: PolygonalCopy, chord: Integers, points: Floats) -> tuple[Floats, Floats]:
     """Arc lengths (m,) and places (m, 2) of the points next to ``points`` (m, 2) on the curves of the chords (m,)."""
-    piece, share = line.piece[chord], shares_before(points, line.points[chord], line.points[line.successor[chord]])
+    piece = line.piece[chord]
+    share = shares_before(points, line.points[chord], line.points[line.successor[chord]])
     s = boundary.foot(points, piece, line.s[chord] + share * line.step[chord], steps=4)
     return s, boundary.points(piece, s)

@@ -160,7 +160,9 @@ def require_regions_apart(areas: Sequence[shapely.Polygon], names: Sequence[str]
     i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     i, j = i[i < j], j[i < j]
     common = shapely.intersection(shapes[i], shapes[j])
-    off, shared, size = slack[i] + slack[j], shapely.area(common), shapely.area(shapes)
+    off = slack[i] + slack[j]
+    shared = shapely.area(common)
+    size = shapely.area(shapes)
     overlapping = (shared > off) & (shared < np.minimum(size[i], size[j]) - off)
     same = shared >= np.maximum(size[i], size[j]) - off
     for k in np.flatnonzero(overlapping | same):

@@ -54,7 +54,9 @@ class Bulges(NamedTuple):
         """Nearest points (k, 2) to points (k, 2) on some of the curves (k,), and unit tangents (k, 2) there."""
         mine = select(self, of)
         at = mine._feet(*mine._seen(points))
-        (dx, dy), height, slope = mine.direction.T, mine._heights(at), mine._slopes(at)
+        dx, dy = mine.direction.T
+        height = mine._heights(at)
+        slope = mine._slopes(at)
         foot = mine.start + np.column_stack([at * dx - height * dy, at * dy + height * dx])
         tangent = np.column_stack([dx - slope * dy, dy + slope * dx])
         return foot, tangent / np.sqrt(1 + slope * slope)[:, None]

@@ -43,7 +43,8 @@ def sea_in_box(keys: ShoreDomain) -> Sea:
     with prefixed(shore.file):
         faces = land_in(Path(shore.file), shore.of, shore.layer, keys.box)
         # Cut where the sides of the box are straight still, so that land which ends on one has no sea beside it.
-        frame, shape = shapely.segmentize(shapely.box(*keys.box), step), shapely.union_all(faces.shapes)
+        frame = shapely.segmentize(shapely.box(*keys.box), step)
+        shape = shapely.union_all(faces.shapes)
         sea = frame.intersection(shape) if faces.of_sea else frame.difference(shape)
         parts = [valid for part in polygons_of(sea) for valid in polygons_of(shapely.make_valid(_in_plane(part)))]
         return open_sea(
