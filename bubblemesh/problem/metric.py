@@ -10,8 +10,8 @@ import numpy as np
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.metric import AnyMetric, DirectedMetric, FieldMetric, TensorMetric, WallMetric
 from bubblemesh.errors import Key, at_key
-from bubblemesh.geometry.distance.distances import distance_to_labels, require_labels
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.label_distances import distance_to_labels, require_labels
 from bubblemesh.problem.crs import bound_in
 from bubblemesh.problem.ellipses import AlongWalls, AtGivenPlaces, Directed, Entries, NumberAt, OnTheGround, Scaled
 from bubblemesh.problem.files import own_files

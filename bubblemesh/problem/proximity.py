@@ -9,14 +9,9 @@ from bubblemesh.arrays import Floats
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms
 from bubblemesh.errors import Key, at_key
-from bubblemesh.geometry.distance.distances import (
-    MOST_FORMULAS,
-    FromPoints,
-    distance_to_labels,
-    distance_to_line,
-    require_labels,
-)
+from bubblemesh.geometry.distance.distances import MOST_FORMULAS, FromPoints, distance_to_line
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.label_distances import distance_to_labels, require_labels
 from bubblemesh.spacing.spacing import OneKey, Spacing
 from bubblemesh.spacing.terms.combination import Combination
 from bubblemesh.spacing.terms.proximity import NEAR_GROWTH, Proximities, Proximity

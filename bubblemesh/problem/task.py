@@ -7,8 +7,8 @@ from bubblemesh.case import Case
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.domain import RegionFile
 from bubblemesh.errors import at_key
-from bubblemesh.geometry.distance.distances import require_labels
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.label_distances import require_labels
 from bubblemesh.problem.problem import Task
 from bubblemesh.problem.regions import largest_areas
 from bubblemesh.problem.shapes import length_in_file

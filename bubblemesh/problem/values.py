@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from bubblemesh.case.metric import AnyMetric
 from bubblemesh.case.spacing import SpacingTerms, Value
 from bubblemesh.errors import Key, at_key
-from bubblemesh.geometry.distance.distances import distance_to_labels
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.label_distances import distance_to_labels
 from bubblemesh.problem.crs import bound_in, given_bounds, given_system
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.spacing import OneKey, Spacing

@@ -17,6 +17,8 @@ STEEP = 0.1  # growth per length: around spots from which it is slower, samples 
 MOST_SPOTS = 2000  # more are noise
 AT_A_TIME = 1 << 16  # places, where arrays of all would take much memory
 
+Function = Callable[[Floats, Floats], Floats]  # values (n,) at the coordinates x (n,) and y (n,)
+
 
 @record
 class OneKey:
@@ -35,7 +37,7 @@ WHOLE = OneKey(Key(["spacing"]))
 class Spacing:
     """Desired distance between neighbouring nodes, in the domain's unit of length."""
 
-    function: Callable[[Floats, Floats], Floats]  # values (n,) at the coordinates x (n,) and y (n,)
+    function: Function
     floor: float = 0.0  # stands for d outside the domain where the function has no positive value
     # Keys (n) of the case that set it at points (n, 2): a region may have its own.
     keys: Callable[[Floats], Sequence[Key]] = WHOLE

@@ -1,4 +1,4 @@
-"""Distances from parts of a domain, and from other lines and points; from few of them by formulas."""
+"""Distances from lines, arcs and points; from few of them by formulas."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -7,13 +7,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import CaseError
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Arcs, Lines
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord
-from bubblemesh.geometry.domain import Domain
-from bubblemesh.messages import unknown
 from bubblemesh.records import record
 
 MOST_FORMULAS = 16  # lines and arcs; for more, a search for the nearest one is faster
@@ -32,35 +29,6 @@ class Distance(Protocol):
         """Distances (m,) of points (m, 2)."""
 
 
-def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
-    """Distance from everything with one of the labels; without labels, from the rings of the domain.
-
-    CaseError, with the known labels, if a label is unknown.
-    """
-    require_labels(domain, labels)
-    labels = [own for label in labels for own in domain.groups.get(label, (label,))]
-    boundary = domain.boundary
-    named = np.isin(boundary.labels, list(labels))[boundary.label]
-    points = [point.at for point in domain.parts.points if point.label in labels]
-    formula = ClosedForm.of(boundary, np.flatnonzero(named if labels else ~boundary.inner), points)
-    return FromLabels(domain, tuple(labels)) if formula is None else formula
-
-
-def require_labels(domain: Domain, labels: Sequence[str]) -> None:
-    """CaseError, with the known labels, if nothing in a domain has one of the given ones."""
-    known = [*domain.labels, *(group for group, own in domain.groups.items() if own)]
-    for label in labels:
-        if label in known:
-            continue
-        if label in domain.groups:
-            raise CaseError(
-                f"no {label} lies in the box: correct the box or the file, or leave out what is measured from {label}"
-            )
-        if label in domain.lost:
-            raise CaseError(f"the side {label!r} has no length, since both of its ends are one point: correct the ring")
-        raise CaseError(unknown("label", label, known))
-
-
 def distance_to_line(points: Sequence[tuple[float, float]]) -> Distance:
     """Distance from the straight lines between consecutive points; from the point itself if there is only one."""
     formula = ClosedForm.through(points)
@@ -68,20 +36,6 @@ def distance_to_line(points: Sequence[tuple[float, float]]) -> Distance:
         return formula
     places = np.array(points, float)
     return FromChords(ChordRuns.of(places[:-1], places[1:]))
-
-
-@record
-class FromLabels:
-    """Distance from the true curves and points with one of the labels; without labels, from the rings of the domain."""
-
-    domain: Domain
-    labels: tuple[str, ...]
-
-    costly = True
-
-    def __call__(self, points: Floats) -> Floats:
-        """Distances (m,) of points (m, 2)."""
-        return self.domain.distance_to(points, *self.labels) if self.labels else self.domain.distances(points)
 
 
 @record

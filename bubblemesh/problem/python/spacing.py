@@ -9,8 +9,8 @@ import numpy as np
 from bubblemesh.arrays import Floats, unmasked
 from bubblemesh.case.spacing import Value, checked_terms
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.distance.distances import distance_to_labels
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.label_distances import distance_to_labels
 from bubblemesh.problem.python.numbers import plain_value
 from bubblemesh.problem.spacing import SpacingRequest, spacing_request
 from bubblemesh.spacing.expression import Expression

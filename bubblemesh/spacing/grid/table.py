@@ -8,8 +8,7 @@ from bubblemesh.kernels.lookup import interpolated
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import LARGEST_IN_DOMAIN, LARGEST_IN_SPACINGS, Samples
 from bubblemesh.spacing.grid.quadtree import Quadtree
-from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.combination import Term
+from bubblemesh.spacing.spacing import Function, Spacing
 
 TOLERANCE = 4e-3  # relative error of what is interpolated
 SMALLEST_IN_SPACINGS = 0.5  # spacings: side of a cell that is not split any more
@@ -25,7 +24,7 @@ QUARTERS = np.array([[0, 1, 3, 4], [1, 2, 4, 5], [3, 4, 6, 7], [4, 5, 7, 8]])  #
 class Table:
     """A function that is interpolated where that is good enough."""
 
-    function: Term  # values (n,) at x (n,) and y (n,)
+    function: Function
     grid: Quadtree
     corners: Integers  # (n, 4): which values are those at the corners of each cell, -1 where these are not enough
     values: Floats  # (v,)
@@ -79,7 +78,7 @@ def _error(d: Floats) -> Floats:
     return np.where(np.isfinite(d).all(axis=1) & (d > 0).all(axis=1), error, np.inf)
 
 
-def _values(function: Term, grid: Quadtree, places: Floats) -> Floats:
+def _values(function: Function, grid: Quadtree, places: Floats) -> Floats:
     """Values (n, p) of the function at places (p, 2) of the cells (n,)."""
     x, y = np.moveaxis(grid.centers[:, None] + grid.sides[:, None, None] * places, 2, 0)
     return function(x.ravel(), y.ravel()).reshape(x.shape)

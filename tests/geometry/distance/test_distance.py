@@ -9,8 +9,9 @@ import shapely
 from partitions import domain_of
 
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.distance.distances import MOST_FORMULAS, distance_to_labels, distance_to_line
+from bubblemesh.geometry.distance.distances import MOST_FORMULAS, distance_to_line
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.label_distances import distance_to_labels
 from bubblemesh.geometry.rings import polygon
 
 TEXT = """
