@@ -3,14 +3,13 @@
 import math
 from collections.abc import Callable
 from dataclasses import field, replace
-from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, ClassVar, Literal, NamedTuple, Protocol, Self
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.annealing import Acting, Cycles, Links, annealed
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.relaxing import CUTOFF
@@ -18,9 +17,8 @@ from bubblemesh.meshes.quality import REGULAR_VALENCE
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import Net, connect_within, measured
-from bubblemesh.packing.relaxation import Dynamics, Relaxed, euler_steps
+from bubblemesh.packing.relaxation import Relaxed, Relaxer, euler_steps
 from bubblemesh.records import record
-from bubblemesh.spacing.spacing import Spacing
 
 CYCLES = {"fast": 20, "normal": 100, "best": 800}  # before `TIMES`
 FEWEST_CYCLES = {"fast": 2, "normal": 20, "best": 40}  # on the largest levels, before `TIMES`
@@ -34,7 +32,6 @@ Effort = Annotated[
     Literal["fast", "normal", "best"],
     Doc("20, 100 or 800 cycles of annealing, up to 8 times that by the level; with `best` four times the mending"),
 ]
-Relax = Callable[[Net, int], Relaxed]  # so many steps from a net
 Calm = Callable[[Bubbles], Booleans]  # which bubbles (n,) are left alone
 
 
@@ -46,6 +43,36 @@ class Rank(NamedTuple):
 
 
 ONLY = Rank()
+
+
+class Annealing(Protocol):
+    """Cycles of displacement and relaxation, of circles or of ellipses."""
+
+    @property
+    def shake_steps(self) -> int:
+        """Number of steps of relaxation in each cycle."""
+
+    def cycles(self, bubbles: int, rank: Rank = ONLY) -> int:
+        """Number of cycles on a level of so many bubbles."""
+
+    def sparing(self, calm: Calm) -> "Annealing":
+        """Annealing of all but calm bubbles, which are left alone."""
+
+    def scaled(self, share: float) -> "Annealing":
+        """Annealing of a share of a packing, with as many cycles as the whole would have."""
+
+    def fast(self) -> "Annealing":
+        """Annealing with the least effort."""
+
+
+class CircleAnnealing(Annealing, Protocol):
+    """Annealing of circles."""
+
+    def __call__(self, net: Net, relaxer: Relaxer, random: np.random.Generator, rank: Rank) -> tuple[Net, Relaxed]:
+        """Net and relaxation after all cycles of a level of that rank, whose bubbles the relaxer moves.
+
+        The net has the bubbles where they are then, and triangles from which they have not gone far.
+        """
 
 
 @record
@@ -75,7 +102,7 @@ class NoCycles:
 class NoAnnealing(NoCycles):
     """No annealing."""
 
-    def __call__(self, net: Net, *given: object) -> tuple[Net, Relaxed]:
+    def __call__(self, net: Net, relaxer: Relaxer, random: np.random.Generator, rank: Rank) -> tuple[Net, Relaxed]:
         """The bubbles as they are."""
         return net, Relaxed.none(net.bubbles)
 
@@ -113,34 +140,24 @@ class AnnealingCycles:
 
 
 @record
-class Annealing(AnnealingCycles):
+class CyclicAnnealing(AnnealingCycles):
     """Displacement, again and again and less and less, of bubbles without six neighbours and of those next to them.
 
     On the coarse levels grain boundaries heal, and what is left of them is in the right places.
     """
 
-    def __call__(
-        self,
-        net: Net,
-        domain: Domain,
-        spacing: Spacing,
-        random: np.random.Generator,
-        relax: Relax,
-        rank: Rank = ONLY,
-        dynamics: Dynamics | None = None,
-    ) -> tuple[Net, Relaxed]:
+    def __call__(self, net: Net, relaxer: Relaxer, random: np.random.Generator, rank: Rank) -> tuple[Net, Relaxed]:
         """Net and relaxation after all cycles of a level, each a displacement and a relaxation.
 
-        The net has the bubbles where they are then, and triangles from which they have not gone far. If kernels can
-        relax them, they do by the ``dynamics``; else these are None.
+        The net has the bubbles where they are then, and triangles from which they have not gone far.
         """
-        annealer = Annealer(domain, relax, self.shake_steps, dynamics)
+        annealer = Annealer(relaxer, self.shake_steps)
         total, seed = self.cycles(len(net.bubbles), rank, net.disorder), int(random.integers(SEEDS))
         shares = 1 - np.arange(total) / total
         parts, done = [Relaxed.none(net.bubbles)], 0
         while done < total:
             if done:
-                net = measured(net, spacing)
+                net = measured(net, relaxer.spacing)
             some = slice(done, done + SPACING_STAYS)
             inside, calm = self.amplitude * shares[some], self._calm(net.bubbles)
             cycles = Cycles(seed, done, inside, self.amplitude_at_boundary * inside, calm)
@@ -164,7 +181,7 @@ class Annealing(AnnealingCycles):
         worth = 1.0 if rank.coarser else min(disorder / DISORDERED, 1.0)
         return math.ceil(times[min(rank.finer, len(times) - 1)] * self.by_size(bubbles, worth))
 
-    def sparing(self, calm: Calm) -> "Annealing":
+    def sparing(self, calm: Calm) -> "CyclicAnnealing":
         """Annealing of all but calm bubbles, which are left alone."""
         return SparingAnnealing(**vars(self), calm=calm)
 
@@ -174,7 +191,7 @@ class Annealing(AnnealingCycles):
 
 
 @record
-class SparingAnnealing(Annealing):
+class SparingAnnealing(CyclicAnnealing):
     """Annealing that leaves ``calm`` bubbles alone."""
 
     calm: Calm = field(kw_only=True)
@@ -187,10 +204,8 @@ class SparingAnnealing(Annealing):
 class Annealer:
     """How bubbles of a level go through cycles of annealing."""
 
-    domain: Domain
-    relax: Relax
+    relaxer: Relaxer
     steps: int  # of relaxation in each cycle
-    dynamics: Dynamics | None  # by which kernels can relax the bubbles, if they can
 
     def __call__(self, net: Net, cycles: Cycles) -> tuple[Net, Relaxed, int]:
         """Net and relaxation after so many of the cycles, by the spacings that its bubbles have.
@@ -209,11 +224,11 @@ class Annealer:
 
         It is one, or those that kernels do at once and one more.
         """
-        compiled, dynamics = library(), self.dynamics
+        compiled = library() if self.relaxer.is_compiled(self.steps) else None
         # Bubbles outside have no triangle, and go when they are connected anew.
-        if compiled is None or dynamics is None or (net.legal is None and (net.valence == 0).any()):
+        if compiled is None or (net.legal is None and (net.valence == 0).any()):
             return *self._relaxed(_displaced(net, cycles), net), 1
-        bubbles, (force, motion, viscosities, progress) = net.bubbles, dynamics
+        bubbles, (force, motion, viscosities, progress) = net.bubbles, self.relaxer.dynamics
         assert isinstance(motion, SemiImplicitEuler)
         steps = range(self.steps)
         damping = np.array(viscosities(steps, bubbles.touched), float)
@@ -233,10 +248,10 @@ class Annealer:
 
     def _relaxed(self, bubbles: Bubbles, before: Net | None = None) -> tuple[Net, Relaxed]:
         """Net and relaxation of bubbles that have been displaced from a net."""
-        net = connect_within(bubbles, self.domain, before)
-        relaxed = self.relax(net, self.steps)
+        net = connect_within(bubbles, self.relaxer.domain, before)
+        relaxed = self.relaxer(net, self.steps)
         if relaxed.added or relaxed.lost:
-            return connect_within(relaxed.bubbles, self.domain), relaxed
+            return connect_within(relaxed.bubbles, self.relaxer.domain), relaxed
         # The edges from before the relaxation still tell where the order is broken.
         return net.of(relaxed.bubbles), relaxed
 

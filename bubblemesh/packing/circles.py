@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from bubblemesh.arrays import Booleans, Floats
-from bubblemesh.packing.annealing import Annealing, NoAnnealing, Rank
+from bubblemesh.packing.annealing import CircleAnnealing
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.levels import refined
@@ -14,7 +14,7 @@ from bubblemesh.packing.motion import Motion
 from bubblemesh.packing.net import Net, connect, connect_inside
 from bubblemesh.packing.population import Change, Population
 from bubblemesh.packing.progress import CONNECTING, Stage
-from bubblemesh.packing.relaxation import Dynamics, Relaxation, Relaxed
+from bubblemesh.packing.relaxation import CircleRelaxation, Dynamics, Relaxed, Relaxer
 from bubblemesh.packing.setting import Setting
 from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
 from bubblemesh.packing.viscosity import Viscosity
@@ -34,11 +34,11 @@ class CircleMethod(Method):
 
     in_metric: ClassVar[bool] = False
 
-    relaxation: Relaxation
+    relaxation: CircleRelaxation
     force: VanDerWaals
     motion: Motion
     population: Population
-    annealing: NoAnnealing | Annealing
+    annealing: CircleAnnealing
     smoothing: NoSmoothing | Smoothing
     mending: NoMending | Mending
     viscosity: Viscosity
@@ -72,9 +72,9 @@ class CirclePacking:
     def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
         """Relax the bubbles, or anneal them in the round that does, and triangulate them where they are then."""
         if stage.annealing and number == 0:
-            net, relaxed = self._annealed(stage.rank)
+            net, relaxed = self.method.annealing(self.net, self._relaxer(), self.setting.random, stage.rank)
         else:
-            net, relaxed = self.net, self._relaxed(self.net, self._steps(stage, number), number, odd)
+            net, relaxed = self.net, self._relaxer(number, odd)(self.net, self._steps(stage, number))
         self.net = connect_inside(relaxed.bubbles, self.setting.domain, self.spacing, net)
         return relaxed
 
@@ -98,7 +98,7 @@ class CirclePacking:
         method, (domain, random, progress) = self.method, self.setting
         total, inserted = Relaxed.none(self.net.bubbles), 0
         for _ in range(method.smoothing.last_relaxations):
-            relaxed = self._relaxed(self.net, self._steps(stage, number), number, odd)
+            relaxed = self._relaxer(number, odd)(self.net, self._steps(stage, number))
             total, self.net = total.followed_by(relaxed), connect(relaxed.bubbles, domain, self.net)
             if relaxed.lost == 0:
                 break
@@ -117,13 +117,12 @@ class CirclePacking:
         opening = stage.opening and number == 0 and self.net.disorder > IN_ORDER
         return self.method.termination.steps(opening)
 
-    def _relaxed(self, net: Net, steps: int, number: int = 0, odd: bool = False) -> Relaxed:
-        """The bubbles after steps of a round; if ``odd``, those that were touched have a viscosity of their own."""
-        return self.method.relaxation(net, self.setting.domain, self.spacing, self._dynamics(number, odd), steps)
+    def _relaxer(self, number: int = 0, odd: bool = False) -> Relaxer:
+        """Relaxation in a round, whose steps count as progress.
 
-    def _dynamics(self, number: int = 0, odd: bool = False) -> Dynamics:
-        """The motion in a round, whose steps count as progress."""
-        method, progress = self.method, self.setting.progress
+        If ``odd``, the bubbles that were touched have a viscosity of their own.
+        """
+        method, (domain, _, progress) = self.method, self.setting
 
         def viscosities(some: range, touched: Booleans) -> list[Floats | float]:
             of_normal = [method.viscosity(step, number) for step in some]
@@ -133,14 +132,8 @@ class CirclePacking:
             connecting = CONNECTING if some.start == 0 else 0.0
             progress.add((connecting + len(some)) * bubbles)
 
-        return Dynamics(method.force, method.motion, viscosities, count)
-
-    def _annealed(self, rank: Rank) -> tuple[Net, Relaxed]:
-        """Net and relaxation after annealing on a level of that rank; kernels go through its cycles where they can."""
-        method, (domain, random, _) = self.method, self.setting
-        compiled = method.relaxation.is_compiled(method.motion, method.annealing.shake_steps)
-        dynamics = self._dynamics() if compiled else None
-        return method.annealing(self.net, domain, self.spacing, random, self._relaxed, rank, dynamics)
+        dynamics = Dynamics(method.force, method.motion, viscosities, count)
+        return Relaxer(method.relaxation, domain, self.spacing, dynamics)
 
     def _controlled_again(self) -> int:
         """Control the population between passes of the smoothing; the number of new bubbles.

@@ -15,7 +15,7 @@ from bubblemesh.kernels.library import library
 from bubblemesh.kernels.refining import LEFT_OUT, WHOLE, refined_triangles
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.net import Net, connect, reconnect, unconnected
-from bubblemesh.packing.placement.diffusion import boundary_bubbles, distance_to_facets
+from bubblemesh.packing.placement.diffusion import NEAREST_TO_BOUNDARY, boundary_bubbles, distance_to_facets
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves
 from bubblemesh.spacing.rules.gap_sources import GapSources
@@ -28,7 +28,6 @@ SAMPLE = 4.0  # spacings: the gradient is taken over cells of that size
 STEEP_PART = 0.95  # of the bubbles may be where the spacing is too steep for a coarse level
 ACROSS = 3.0  # bubbles of a coarse level across the narrowest parts of the domain
 SPLIT = 1.6  # edges longer than this, in units of the finer spacing, are halved
-NEAREST_TO_BOUNDARY = 0.5  # spacings
 
 
 class Levels(Protocol):

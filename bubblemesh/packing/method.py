@@ -1,14 +1,15 @@
 """What packing methods have in common, those of circles and those of ellipses."""
 
-from typing import ClassVar, Protocol
+from dataclasses import replace
+from typing import ClassVar, Protocol, Self
 
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.annealing import Annealing, NoAnnealing, Rank
+from bubblemesh.packing.annealing import Annealing, Rank
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.ellipses.annealing import EllipseAnnealing, EllipseRelaxation, NoEllipseAnnealing
-from bubblemesh.packing.levels import Levels
+from bubblemesh.packing.levels import Levels, SingleLevel
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.placement import Perturbation, Placement
+from bubblemesh.packing.placement.warm_start import PreviousNodes, WarmStart
 from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import Relaxation, Relaxed
 from bubblemesh.packing.setting import Setting
@@ -60,8 +61,8 @@ class Method:
     levels: Levels
     placement: Placement
     perturbation: Perturbation
-    relaxation: Relaxation | EllipseRelaxation
-    annealing: NoAnnealing | Annealing | NoEllipseAnnealing | EllipseAnnealing
+    relaxation: Relaxation
+    annealing: Annealing
     odd: NoOddBubbles | OddBubbles
     termination: Termination
 
@@ -72,6 +73,11 @@ class Method:
     def finishing_work(self, bubbles: int) -> float:
         """Expected cost of the end of a packing of so many bubbles, in steps of relaxation of one bubble."""
         raise NotImplementedError
+
+    def warm_started(self, previous: PreviousNodes) -> Self:
+        """The method with a start from the nodes of a previous mesh, on the finest level only."""
+        annealing = self.annealing.sparing(previous.calm)
+        return replace(self, levels=SingleLevel(), placement=WarmStart(previous), annealing=annealing)
 
     def started(
         self, domain: Domain, spacing: Spacing, expected_nodes: float, max_nodes: int

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from bubblemesh.packing.annealing import Annealing, NoAnnealing
+from bubblemesh.packing.annealing import CyclicAnnealing, NoAnnealing
 from bubblemesh.packing.circles import CircleMethod
 from bubblemesh.packing.ellipses.annealing import EllipseAnnealing, EllipseRelaxation, NoEllipseAnnealing
 from bubblemesh.packing.ellipses.mending import EllipseMending, NoEllipseMending
@@ -81,7 +81,7 @@ METHODS: dict[str, Method] = {
         force=VanDerWaals(),
         motion=SemiImplicitEuler(),
         population=Defects(),
-        annealing=Annealing(),
+        annealing=CyclicAnnealing(),
         smoothing=Smoothing(),
         mending=Mending(),
         viscosity=Constant(c=1.0),
@@ -125,7 +125,7 @@ COLUMNS = {
     "annealing": Column(
         "packing",
         "shaking",
-        {"none": NoAnnealing, "irregular": Annealing},
+        {"none": NoAnnealing, "irregular": CyclicAnnealing},
         {"none": NoEllipseAnnealing, "irregular": EllipseAnnealing},
     ),
     "smoothing": Column(

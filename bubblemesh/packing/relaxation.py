@@ -67,15 +67,37 @@ class Relaxed(NamedTuple):
 
 
 class Relaxation(Protocol):
-    """A choice of the bubbles that act on each other, and of the boundary's part in the motion."""
+    """A choice of the bubbles that act on each other, circles or ellipses, and of the boundary's part in the motion."""
 
     boundary_stays: ClassVar[bool]
+
+
+class CircleRelaxation(Relaxation, Protocol):
+    """Relaxation of circles."""
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         """The bubbles of a net after ``steps`` steps."""
 
     def is_compiled(self, motion: Motion, steps: int) -> bool:
         """Whether compiled kernels can do so many steps at once."""
+
+
+@record
+class Relaxer:
+    """Relaxation of the bubbles of a level, by its spacing."""
+
+    relaxation: CircleRelaxation
+    domain: Domain
+    spacing: Spacing
+    dynamics: Dynamics
+
+    def __call__(self, net: Net, steps: int) -> Relaxed:
+        """The bubbles of a net after ``steps`` steps."""
+        return self.relaxation(net, self.domain, self.spacing, self.dynamics, steps)
+
+    def is_compiled(self, steps: int) -> bool:
+        """Whether compiled kernels can do so many steps at once."""
+        return self.relaxation.is_compiled(self.dynamics.motion, steps)
 
 
 @record

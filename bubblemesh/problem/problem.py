@@ -56,11 +56,8 @@ class Task:
     @cached_property
     def method(self) -> "Method":
         """The method to pack by."""
-        if self.previous is None:
-            return self.configured()
-        from bubblemesh.packing.placement.warm_start import warm_started
-
-        return warm_started(self.configured(), self.previous)
+        method = self.configured()
+        return method if self.previous is None else method.warm_started(self.previous)
 
     @property
     def demanding(self) -> bool:

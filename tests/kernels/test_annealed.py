@@ -9,13 +9,13 @@ from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels import library as libraries
-from bubblemesh.packing.annealing import Annealing, SparingAnnealing
+from bubblemesh.packing.annealing import ONLY, CyclicAnnealing, SparingAnnealing
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import connect, connect_inside, measured
 from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
-from bubblemesh.packing.relaxation import Connected, Dynamics
+from bubblemesh.packing.relaxation import Connected, Dynamics, Relaxer
 from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.spacing.spacing import Spacing
 
@@ -43,10 +43,8 @@ def annealed(monkeypatch, compiled, scheme, net, domain, spacing, seed=0, force=
         lambda some, bubbles: counted.append(bubbles),
     )
 
-    def relax(net, steps):
-        return Connected()(net, domain, spacing, dynamics, steps)
-
-    last, relaxed = scheme(net, domain, spacing, np.random.default_rng(seed), relax, dynamics=dynamics)
+    relaxer = Relaxer(Connected(), domain, spacing, dynamics)
+    last, relaxed = scheme(net, relaxer, np.random.default_rng(seed), ONLY)
     assert last.bubbles is relaxed.bubbles
     return relaxed, counted
 
@@ -70,7 +68,10 @@ def net_of(domain, spacing, again=False):
 def test_both_engines_go_through_the_same_cycles(monkeypatch, spacing, known, seed):
     net = net_of(PLATE, spacing, known)
     assert (net.legal is not None) == known
-    for scheme in (Annealing(effort="fast"), Annealing(effort="fast", shake_steps=3, amplitude_at_boundary=1.0)):
+    for scheme in (
+        CyclicAnnealing(effort="fast"),
+        CyclicAnnealing(effort="fast", shake_steps=3, amplitude_at_boundary=1.0),
+    ):
         one, counted = annealed(monkeypatch, COMPILED, scheme, net, PLATE, spacing, seed)
         other, as_often = annealed(monkeypatch, None, scheme, net, PLATE, spacing, seed)
         assert_same(one, other)
@@ -81,7 +82,8 @@ def test_both_engines_go_through_the_same_cycles(monkeypatch, spacing, known, se
 def test_plain_forces_are_the_same_too(monkeypatch):
     net, force = net_of(PLATE, GRADED), VanDerWaals(k0=0.5, force="plain")
     one, other = (
-        annealed(monkeypatch, which, Annealing(), net, PLATE, GRADED, force=force)[0] for which in (COMPILED, None)
+        annealed(monkeypatch, which, CyclicAnnealing(), net, PLATE, GRADED, force=force)[0]
+        for which in (COMPILED, None)
     )
     assert_same(one, other)
 
@@ -90,7 +92,7 @@ def test_calm_bubbles_are_spared_by_both(monkeypatch):
     net = net_of(PLATE, GRADED, again=True)
     scheme = SparingAnnealing(effort="fast", calm=lambda bubbles: bubbles.x[:, 0] < 6)
     one, other = (annealed(monkeypatch, which, scheme, net, PLATE, GRADED)[0] for which in (COMPILED, None))
-    everywhere, _ = annealed(monkeypatch, COMPILED, Annealing(effort="fast"), net, PLATE, GRADED)
+    everywhere, _ = annealed(monkeypatch, COMPILED, CyclicAnnealing(effort="fast"), net, PLATE, GRADED)
     assert_same(one, other)
     far = net.bubbles.x[:, 0] < 1.5
     moves = [np.hypot(*(relaxed.bubbles.x - net.bubbles.x)[far].T).mean() for relaxed in (one, everywhere)]
@@ -104,7 +106,7 @@ def test_displacements_that_flips_cannot_follow_are_connected_anew(monkeypatch):
     x[bubbles.interior] += np.random.default_rng(1).normal(0, 0.2, x[bubbles.interior].shape)
     net = measured(connect(replace(bubbles, x=x), domain), spacing)
     counted = []
-    scheme = Annealing(amplitude=0.5, amplitude_at_boundary=1.0)
+    scheme = CyclicAnnealing(amplitude=0.5, amplitude_at_boundary=1.0)
     anew = Connected.__call__
 
     def counting(self, net, *rest):
@@ -142,7 +144,7 @@ def test_bubbles_outside_the_triangles_go(monkeypatch):
     assert (net.valence == 0).sum() == 1
     for seed in range(3):
         one, other = (
-            annealed(monkeypatch, which, Annealing(effort="fast"), net, disc, spacing, seed)[0]
+            annealed(monkeypatch, which, CyclicAnnealing(effort="fast"), net, disc, spacing, seed)[0]
             for which in (COMPILED, None)
         )
         assert_same(one, other)

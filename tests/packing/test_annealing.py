@@ -3,10 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lattices import packed_hexagon, uniform
+from relaxers import relaxer
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.packing.annealing import CYCLES, DISORDERED, ONLY, SPACING_STAYS, Annealing, Rank, deviations
+from bubblemesh.packing.annealing import CYCLES, DISORDERED, ONLY, SPACING_STAYS, CyclicAnnealing, Rank, deviations
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import connect, connect_inside
@@ -35,7 +36,8 @@ class Recorder:
 
 def annealed(scheme, domain, spacing, bubbles, seed=0, relax=None, rank=ONLY):
     recorder = relax or Recorder()
-    _, result = scheme(connect(bubbles, domain), domain, spacing, np.random.default_rng(seed), recorder, rank)
+    relaxing = relaxer(recorder, domain, spacing)
+    _, result = scheme(connect(bubbles, domain), relaxing, np.random.default_rng(seed), rank)
     return result, recorder
 
 
@@ -59,7 +61,7 @@ def irregular_and_next(net):
 def test_only_irregular_bubbles_and_their_neighbours_are_displaced():
     domain, spacing, bubbles = with_vacancy()
     net = connect(bubbles, domain)
-    _, recorder = annealed(Annealing(effort="fast"), domain, spacing, bubbles)
+    _, recorder = annealed(CyclicAnnealing(effort="fast"), domain, spacing, bubbles)
     moved = (recorder.places[0] != bubbles.x).any(axis=1)
     expected = {i for i in irregular_and_next(net) if i >= bubbles.boundary_count}
     assert set(np.flatnonzero(moved).tolist()) == expected
@@ -69,7 +71,7 @@ def test_only_irregular_bubbles_and_their_neighbours_are_displaced():
 def test_boundary_never_moves():
     domain, spacing, bubbles = with_vacancy()
     at = bubbles.boundary_count
-    result, recorder = annealed(Annealing(effort="fast"), domain, spacing, bubbles)
+    result, recorder = annealed(CyclicAnnealing(effort="fast"), domain, spacing, bubbles)
     for x in [*recorder.places, result.bubbles.x]:
         np.testing.assert_array_equal(x[:at], bubbles.x[:at])
 
@@ -77,7 +79,7 @@ def test_boundary_never_moves():
 @pytest.mark.parametrize("effort", CYCLES)
 def test_cycles_follow_the_effort(effort):
     domain, spacing, bubbles = packed_hexagon(3)
-    result, recorder = annealed(Annealing(effort=effort, shake_steps=5), domain, spacing, bubbles)
+    result, recorder = annealed(CyclicAnnealing(effort=effort, shake_steps=5), domain, spacing, bubbles)
     assert len(recorder.nets) == {"fast": 20, "normal": 150, "best": 3200}[effort]
     assert set(recorder.steps) == {5}
     assert result.speeds.tolist() == [float(k) for k in range(1, len(recorder.nets) + 1) for _ in range(5)]
@@ -88,19 +90,19 @@ def test_cycles_follow_the_effort(effort):
 def test_large_systems_have_fewer_cycles(full, cycles):
     domain, spacing, bubbles = packed_hexagon(3)
     assert len(bubbles) == 37
-    _, recorder = annealed(Annealing(fully_shaken=full), domain, spacing, bubbles)
+    _, recorder = annealed(CyclicAnnealing(fully_shaken=full), domain, spacing, bubbles)
     assert len(recorder.nets) == cycles
 
 
 @pytest.mark.parametrize(("effort", "cycles"), [("fast", [2, 1, 1]), ("normal", [30, 15, 1]), ("best", [160, 80, 2])])
 def test_the_largest_systems_have_the_fewest_cycles_or_less_if_they_are_in_order(effort, cycles):
-    scheme = Annealing(effort=effort, fully_shaken=60)
+    scheme = CyclicAnnealing(effort=effort, fully_shaken=60)
     assert [scheme.cycles(100_000, disorder=share * DISORDERED) for share in (1.0, 0.5, 0.0)] == cycles
     assert scheme.cycles(100_000, disorder=0.5) == cycles[0]
 
 
 def test_only_the_first_level_has_fewer_cycles_if_it_is_in_order():
-    scheme, later = Annealing(effort="best"), Rank(coarser=1, finer=1)
+    scheme, later = CyclicAnnealing(effort="best"), Rank(coarser=1, finer=1)
     assert scheme.cycles(100_000, later, disorder=0.0) == scheme.cycles(100_000, later, disorder=1.0)
 
 
@@ -109,14 +111,14 @@ def test_annealing_sees_the_disorder():
     x = bubbles.x.copy()
     x[bubbles.interior] += np.random.default_rng(0).normal(0, 0.25, x[bubbles.interior].shape)
     for places, cycles in ((bubbles.x, 1), (x, 30)):
-        _, recorder = annealed(Annealing(fully_shaken=1), domain, spacing, bubbles.moved(places))
+        _, recorder = annealed(CyclicAnnealing(fully_shaken=1), domain, spacing, bubbles.moved(places))
         assert len(recorder.nets) == cycles
 
 
 @pytest.mark.parametrize(("full", "cycles"), [(37, 200), (20, 109), (1, 6)])
 def test_coarse_levels_have_twice_as_many_cycles(full, cycles):
     domain, spacing, bubbles = packed_hexagon(3)
-    _, recorder = annealed(Annealing(fully_shaken=full), domain, spacing, bubbles, rank=Rank(finer=1))
+    _, recorder = annealed(CyclicAnnealing(fully_shaken=full), domain, spacing, bubbles, rank=Rank(finer=1))
     assert len(recorder.nets) == cycles
 
 
@@ -124,16 +126,16 @@ def test_coarse_levels_have_twice_as_many_cycles(full, cycles):
     ("effort", "cycles"), [("fast", [20, 40, 80, 80, 160, 160]), ("best", [3200, 3200, 1600, 1600, 3200, 3200])]
 )
 def test_levels_whose_order_is_handed_on_often_have_more_cycles(effort, cycles):
-    assert [Annealing(effort=effort).cycles(4000, Rank(finer=finer)) for finer in range(6)] == cycles
+    assert [CyclicAnnealing(effort=effort).cycles(4000, Rank(finer=finer)) for finer in range(6)] == cycles
 
 
 def test_finest_of_several_levels_has_no_cycles_and_a_large_one_next_to_it_only_the_best_effort():
     for effort in CYCLES:
-        assert Annealing(effort=effort).cycles(500, Rank(coarser=1)) == 0
+        assert CyclicAnnealing(effort=effort).cycles(500, Rank(coarser=1)) == 0
     for bubbles in (2000, 2001):
-        cycles = [Annealing(effort=effort).cycles(bubbles, Rank(coarser=1, finer=1)) for effort in CYCLES]
+        cycles = [CyclicAnnealing(effort=effort).cycles(bubbles, Rank(coarser=1, finer=1)) for effort in CYCLES]
         assert cycles == ([40, 200, 3200] if bubbles == 2000 else [0, 0, 3200])
-    assert Annealing().cycles(2001, Rank(finer=1)) == 200  # the coarsest level, which takes over no order
+    assert CyclicAnnealing().cycles(2001, Rank(finer=1)) == 200  # the coarsest level, which takes over no order
 
 
 @pytest.mark.parametrize("d", [1.0, 0.01])
@@ -149,7 +151,7 @@ def test_displacements_fall_linearly_and_are_less_beside_the_boundary(d):
         nets.append(net)
         return Relaxed(replace(net.bubbles, x=x), 0, 0, np.zeros(steps), 0)
 
-    annealed(Annealing(amplitude=0.05, amplitude_at_boundary=0.5), domain, uniform(d), start, relax=back)
+    annealed(CyclicAnnealing(amplitude=0.05, amplitude_at_boundary=0.5), domain, uniform(d), start, relax=back)
     inside = np.arange(len(x)) >= start.boundary_count
     assert len(moves) == 150
     for number in (0, 30, 75, 120, 149):
@@ -181,7 +183,7 @@ def test_spacings_are_looked_up_once_in_some_cycles():
         asked.append(len(x))
         return np.ones_like(x)
 
-    _, recorder = annealed(Annealing(effort="fast"), domain, Spacing(function, 1.0), bubbles)
+    _, recorder = annealed(CyclicAnnealing(effort="fast"), domain, Spacing(function, 1.0), bubbles)
     assert asked == [len(net.bubbles) for net in recorder.nets[SPACING_STAYS::SPACING_STAYS]]
     assert len(asked) == 3
 
@@ -189,7 +191,7 @@ def test_spacings_are_looked_up_once_in_some_cycles():
 def test_a_seed_gives_one_result_and_another_seed_another():
     domain, spacing, bubbles = with_vacancy()
     one, same, other = (
-        annealed(Annealing(effort="fast"), domain, spacing, bubbles, seed)[0].bubbles.x for seed in (1, 1, 2)
+        annealed(CyclicAnnealing(effort="fast"), domain, spacing, bubbles, seed)[0].bubbles.x for seed in (1, 1, 2)
     )
     assert one.tobytes() == same.tobytes()
     assert one.tobytes() != other.tobytes()
@@ -206,7 +208,7 @@ def test_bubbles_that_get_lost_are_left_out_from_then_on():
         rest = net.bubbles.select(np.arange(len(net.bubbles) - 1)) if len(sizes) in (3, 7) else net.bubbles
         return Relaxed(rest, 0, len(net.bubbles) - len(rest), np.zeros(steps), 0)
 
-    result, _ = annealed(Annealing(effort="fast", amplitude=0.01), domain, spacing, bubbles, relax=losing)
+    result, _ = annealed(CyclicAnnealing(effort="fast", amplitude=0.01), domain, spacing, bubbles, relax=losing)
     n = len(bubbles)
     assert sizes == [n] * 3 + [n - 1] * 4 + [n - 2] * 13
     assert result.lost == 2
@@ -232,7 +234,7 @@ def test_bubbles_that_a_relaxation_adds_are_there_from_then_on():
         return np.zeros(len(bubbles), bool)
 
     result, _ = annealed(
-        Annealing(effort="fast", amplitude=0.01).sparing(noted), domain, spacing, bubbles, relax=adding
+        CyclicAnnealing(effort="fast", amplitude=0.01).sparing(noted), domain, spacing, bubbles, relax=adding
     )
     n = len(bubbles)
     assert sizes == [(n, n)] * 3 + [(n + 1, n + 1)] * 17
@@ -244,14 +246,14 @@ def test_bubbles_displaced_out_of_the_domain_are_gone():
     domain, spacing, bubbles = packed_hexagon(3)
     x = bubbles.x.copy()
     x[-1] = [0, 2.59]  # just inside the upper side, which is at 2.598
-    result, _ = annealed(Annealing(effort="best", amplitude=0.4), domain, spacing, replace(bubbles, x=x))
+    result, _ = annealed(CyclicAnnealing(effort="best", amplitude=0.4), domain, spacing, replace(bubbles, x=x))
     net = connect_inside(result.bubbles, domain, spacing)
     assert len(net.bubbles) < len(bubbles)
 
 
 def test_perfect_lattice_far_from_the_boundary_is_left_alone():
     domain, spacing, bubbles = packed_hexagon(SIDE)
-    result, _ = annealed(Annealing(effort="fast", amplitude=0.05), domain, spacing, bubbles)
+    result, _ = annealed(CyclicAnnealing(effort="fast", amplitude=0.05), domain, spacing, bubbles)
     still = (result.bubbles.x == bubbles.x).all(axis=1)
     deep = domain.signed_distance(bubbles.x) > 3 * np.sqrt(3) / 2 + 0.1
     assert deep.sum() > 20
@@ -270,7 +272,7 @@ def test_annealing_heals_a_disordered_packing():
         return (net.valence[bubbles.interior] != 6).mean()
 
     start = relax(connect(ErrorDiffusion()(domain, spacing, 10_000), domain), 150).bubbles
-    result, _ = annealed(Annealing(), domain, spacing, start, relax=relax)
+    result, _ = annealed(CyclicAnnealing(), domain, spacing, start, relax=relax)
     still = relax(connect(start, domain), 1200).bubbles
     assert irregular(start) > 0.2
     assert irregular(result.bubbles) < 0.7 * irregular(still)

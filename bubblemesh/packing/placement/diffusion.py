@@ -25,6 +25,7 @@ from bubblemesh.spacing.spacing import Spacing
 AREA = np.sqrt(3) / 2  # of the plane for each bubble of a perfect packing, in units of d^2
 HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain beside them, in units of d
 FEWEST_ON_A_CLOSED_CURVE = 3
+NEAREST_TO_BOUNDARY = 0.5  # spacings
 HELD = 0.75  # part of the bubbles held on a piece that a spacing has to ask for, for these to be taken
 
 

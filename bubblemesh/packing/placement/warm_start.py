@@ -1,6 +1,5 @@
 """Warm start: the nodes of a previous mesh stay where the spacing has not changed."""
 
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,10 +9,13 @@ from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.levels import NEAREST_TO_BOUNDARY, SingleLevel
-from bubblemesh.packing.method import Method
 from bubblemesh.packing.placement import Placement, require_at_most
-from bubblemesh.packing.placement.diffusion import boundary_bubbles, diffused_points, distance_to_facets
+from bubblemesh.packing.placement.diffusion import (
+    NEAREST_TO_BOUNDARY,
+    boundary_bubbles,
+    diffused_points,
+    distance_to_facets,
+)
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
@@ -88,9 +90,3 @@ class WarmStart(Placement):
         """Part (n,) of the bubbles of sizes d (n,) at x (n, 2) that the nodes lack."""
         ratio = d / self.previous.at(x)
         return np.where(ratio < 1 - SAME, 1 - ratio**2, 0.0)
-
-
-def warm_started(method: Method, previous: PreviousNodes) -> Method:
-    """The method with a start from the nodes of a previous mesh, on the finest level only."""
-    annealing = method.annealing.sparing(previous.calm)
-    return replace(method, levels=SingleLevel(), placement=WarmStart(previous), annealing=annealing)

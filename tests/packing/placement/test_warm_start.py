@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from relaxers import relaxer
 from scipy.spatial import KDTree
 
 import bubblemesh
@@ -10,10 +11,10 @@ from bubblemesh.errors import LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import radius_ratios
-from bubblemesh.packing.annealing import NoAnnealing
+from bubblemesh.packing.annealing import ONLY, NoAnnealing
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.net import connect, connect_inside
-from bubblemesh.packing.placement.warm_start import PreviousNodes, WarmStart, warm_started
+from bubblemesh.packing.placement.warm_start import PreviousNodes, WarmStart
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.packing.rounds import rounds
 from bubblemesh.spacing.spacing import Spacing
@@ -78,7 +79,7 @@ def test_a_finer_start_has_all_present_nodes_away_from_the_boundary(present):
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["multilevel", "accelerated"])
 def test_nodes_stay_where_the_spacing_has_not_changed(present, name):
-    _, last = packed(warm_started(METHODS[name], present), spot(SIZE, 0.01))
+    _, last = packed(METHODS[name].warm_started(present), spot(SIZE, 0.01))
     away = np.hypot(*(present.points - [0.4, 0.4]).T) > 0.25
     assert share_near(present.points[away], last.bubbles.x, 0.25 * SIZE) > (0.9 if name == "multilevel" else 0.6)
     assert len(last.bubbles) == pytest.approx(ideal_nodes(PLATE, spot(SIZE, 0.01), ENOUGH, 1e-2), rel=0.05)
@@ -86,7 +87,7 @@ def test_nodes_stay_where_the_spacing_has_not_changed(present, name):
 
 
 def test_annealing_spares_what_has_not_changed(present):
-    annealing = warm_started(METHODS["multilevel"], present).annealing
+    annealing = METHODS["multilevel"].warm_started(present).annealing
     bubbles = WarmStart(present)(PLATE, spot(SIZE, 0.01), ENOUGH)
     net = connect_inside(bubbles, PLATE, spot(SIZE, 0.01))
     seen = []
@@ -95,7 +96,7 @@ def test_annealing_spares_what_has_not_changed(present):
         seen.append(net.bubbles.x)
         return Relaxed.none(net.bubbles)
 
-    annealing(net, PLATE, spot(SIZE, 0.01), np.random.default_rng(0), relax)
+    annealing(net, relaxer(relax, PLATE, spot(SIZE, 0.01)), np.random.default_rng(0), ONLY)
     moved = np.hypot(*(seen[0] - net.bubbles.x).T) > 0
     ratio = present.at(net.bubbles.x) / net.bubbles.d
     assert moved.sum() > 20
@@ -103,7 +104,7 @@ def test_annealing_spares_what_has_not_changed(present):
 
 
 def test_a_method_without_annealing_stays_without(present):
-    assert warm_started(METHODS["bpm"], present).annealing == NoAnnealing()
+    assert METHODS["bpm"].warm_started(present).annealing == NoAnnealing()
 
 
 def test_the_share_that_stays(present):
