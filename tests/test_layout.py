@@ -65,6 +65,28 @@ MAY_IMPORT = {
     "__init__": {"api"},
     "__main__": {"cli", "errors", "process"},
 }
+# What each inner room imports of the room that it is in: modules and other inner rooms. The rest of that room may
+# import the inner one.
+INNER = {
+    "geometry/arrangement": {"boundary", "curves", "nesting", "paths", "polygonal_copy", "validity"},
+    "geometry/distance": {"boundary", "curves"},
+    "meshfiles/sources": {"containment", "groups", "med"},
+    "meshfiles/write": {"formats", "groups", "med", "text"},
+    "packing/ellipses": {
+        *{"annealing", "bubbles", "confinement", "mending", "method", "motion", "neighbours", "net", "placement"},
+        *{"population", "progress", "relaxation", "setting", "smoothing", "splicing", "viscosity"},
+    },
+    "packing/placement": {"boundary_edges", "bubbles"},
+    "problem/python": {"layers", "problem", "spacing"},
+    "problem/shoreline": set(),
+    "readers/grids": {"selection", "tables"},
+    "readers/rings": {"features", "slips"},
+    "readers/svg": {"features", "sampling"},
+    "spacing/grid": {"spacing"},
+    "spacing/metric": {"spacing", "terms"},
+    "spacing/rules": {"bounds", "grid", "metric", "spacing"},
+    "spacing/terms": {"bounds", "grid", "spacing"},
+}
 # A module may import another one that is made of it, in a function: rings are outlined by the boundary that they make.
 LATER = {"bubblemesh.geometry.paths": {"bubblemesh.geometry.polygonal_copy"}}
 DOORS = {"meshes/mesh.py": {"meshfiles", "pictures"}}  # a mesh writes and draws itself, when it is asked to
@@ -131,7 +153,8 @@ def test_a_module_imports_only_what_lies_below_it(path):
             assert library not in {name.split(".")[0] for name in names}
 
 
-def test_no_modules_import_each_other():
+def modules_below():
+    """For each module by its dotted name, those that it imports, but for types alone."""
     names = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in MODULES}
     below = {}
     for name, path in names.items():
@@ -145,15 +168,27 @@ def test_no_modules_import_each_other():
         }
         doors = DOORS.get(path.relative_to(PACKAGE).as_posix(), set())
         below[name] = {one for one in found - LATER.get(name, set()) if one.split(".")[1] not in doors}
+    return below
+
+
+def test_no_modules_import_each_other():
+    list(TopologicalSorter(modules_below()).static_order())
+
+
+def in_room(name):
+    """Module of a room, or one of its inner rooms, that a dotted name belongs to."""
+    return "/".join(name.split(".")[1:3])
+
+
+def test_inner_rooms_and_what_is_around_them_do_not_import_each_other():
+    assert {path.parent.relative_to(PACKAGE).as_posix() for path in PACKAGE.glob("*/*/__init__.py")} == INNER.keys()
+    below = {}
+    for name, others in modules_below().items():
+        beside = {in_room(other) for other in others if other.split(".")[1] == name.split(".")[1]}
+        below.setdefault(in_room(name), set()).update(beside - {in_room(name)})
+    for inner, modules in INNER.items():
+        assert below[inner] == {f"{inner.split('/')[0]}/{module}" for module in modules}, inner
     list(TopologicalSorter(below).static_order())
-
-
-def test_the_rooms_of_readers_do_not_import_each_other():
-    inner = {path.parent.name: path.parent for path in PACKAGE.glob("readers/*/__init__.py")}
-    assert inner.keys() >= {"svg", "grids", "rings"}
-    for name, folder in inner.items():
-        used = {other.split(".")[2] for path in folder.glob("*.py") for other in imported(path) if ".readers." in other}
-        assert not used & inner.keys() - {name}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
