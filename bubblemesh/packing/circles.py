@@ -21,6 +21,7 @@ from bubblemesh.packing.viscosity import Viscosity
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
+LAST_RELAXATIONS = 4  # without smoothing, at most
 IN_ORDER = 0.02  # share of disordered bubbles up to which a start needs no more steps than any other round
 
 # Costs in terms of a step of relaxation, as measured.
@@ -92,23 +93,30 @@ class CirclePacking:
     def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
         """Finish the packing; the number of new bubbles, and the last relaxations as one.
 
-        A relaxation is repeated while bubbles are lost at the boundary. Between the passes of the smoothing the
-        population is controlled, and after them the worst triangles are mended.
+        Between the passes of the smoothing the population is controlled, and after them the worst triangles are mended.
         """
         method, (domain, random, progress) = self.method, self.setting
-        total, inserted = Relaxed.none(self.net.bubbles), 0
-        for _ in range(method.smoothing.last_relaxations):
-            relaxed = self._relaxer(number, odd)(self.net, self._steps(stage, number))
-            total, self.net = total.followed_by(relaxed), connect(relaxed.bubbles, domain, self.net)
-            if relaxed.lost == 0:
-                break
+        inserted, relaxed = 0, Relaxed.none(self.net.bubbles)
+        if method.smoothing.relaxing:
+            relaxed = self._relaxed_again(self._relaxer(number, odd), self._steps(stage, number))
         for smoothed in range(method.smoothing.passes):
             if smoothed:
                 inserted += self._controlled_again()
             self.net = method.smoothing(self.net, domain, self.spacing)
             progress.add(SMOOTHING * len(self.net.bubbles))
         self.net = method.mending(self.net, domain, self.spacing, method.smoothing, random)
-        return inserted, total
+        return inserted, relaxed
+
+    def _relaxed_again(self, relaxer: Relaxer, steps: int) -> Relaxed:
+        """The last relaxations as one: they are repeated while bubbles are lost at the boundary."""
+        total = Relaxed.none(self.net.bubbles)
+        for _ in range(LAST_RELAXATIONS):
+            relaxed = relaxer(self.net, steps)
+            total, self.net = total.followed_by(relaxed), connect(relaxed.bubbles, relaxer.domain, self.net)
+            if relaxed.lost == 0:
+                break
+        self.net = connect_inside(self.net.bubbles, relaxer.domain, self.spacing, self.net)
+        return total
 
     def end(self) -> None:
         """Nothing is left to do when the time is up."""

@@ -24,13 +24,13 @@ MOST_MOVE = 0.1  # spacings in a step
 class NoSmoothing:
     """No smoothing: the bubbles relax once more, and again while some are lost at the boundary."""
 
-    last_relaxations: ClassVar[int] = 4
-    passes: ClassVar[int] = 1
+    relaxing: ClassVar[bool] = True  # whether a packing ends with relaxations
+    passes: ClassVar[int] = 0
     shape_steps: ClassVar[int] = 0
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
-        """The net of the bubbles where they are, with the spacing there."""
-        return connect_inside(net.bubbles, domain, spacing, net)
+        """The net as it is."""
+        return net
 
     def moved(self, net: Net, domain: Domain, free: Booleans) -> Bubbles:
         """The bubbles of a net as they are."""
@@ -60,7 +60,7 @@ class Smoothing(SmoothingPasses):
     Int. J. Numer. Meth. Eng. 53 (2002), for the measure.
     """
 
-    last_relaxations: ClassVar[int] = 0
+    relaxing: ClassVar[bool] = False
 
     shape_step: Annotated[float, Gt(0), Le(0.1), Doc("length of a step, in units where the spacing is 1")] = 0.015
 

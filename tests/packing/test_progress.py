@@ -1,11 +1,16 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from invariants import check_mesh
 
 from bubblemesh.case import load_case
+from bubblemesh.packing.circles import SMOOTHING
+from bubblemesh.packing.mending import NoMending
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.rounds import rounds
+from bubblemesh.packing.smoothing import NoSmoothing
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.process import limits
 from bubblemesh.run.pipeline import mesh_case
@@ -74,6 +79,12 @@ def test_stages_begin_with_the_coarsest_level_and_finish_once():
     assert all(stage.work > 0 for stage in stages)
     (alone,) = METHODS["fnpbs"].stages(1, 200)
     assert (alone.annealing, alone.finishing) == (False, True)
+
+
+def test_without_smoothing_no_work_is_expected_for_it():
+    method = METHODS["multilevel"]
+    assert replace(method, smoothing=NoSmoothing()).finishing_work(200) == 0
+    assert replace(method, mending=NoMending()).finishing_work(200) == SMOOTHING * method.smoothing.passes * 200
 
 
 def test_single_level_is_annealed_and_finished():
