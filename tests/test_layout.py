@@ -34,7 +34,7 @@ MAY_IMPORT = {
     "run": FOUNDATION
     | {
         *{"__version__", "case", "geometry", "kernels", "layers", "meshes", "meshfiles", "packing", "pages", "parts"},
-        *{"problem", "spacing"},
+        *{"pictures", "problem", "spacing"},
     },
     "adaptivity": FOUNDATION | {"case", "geometry", "meshes", "meshfiles", "packing", "problem", "run", "spacing"},
     "workers": FOUNDATION | {"__version__", "parts"},

@@ -245,8 +245,9 @@ def test_every_stage_of_a_run_is_watched(stage, strict, tmp_path, monkeypatch):
 def test_the_estimate_beside_a_picture_is_watched(strict, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.yaml").write_text(SQUARE)
-    monkeypatch.setattr("bubblemesh.cli.cases.draw_preview", lambda problem, picture: settle())  # as a file's end does
-    monkeypatch.setattr("bubblemesh.run.estimate.estimate", partial(spin, seconds=5.0))
+    # As the end of a file does:
+    monkeypatch.setattr("bubblemesh.run.preview.draw_preview", lambda problem, picture: settle())
+    monkeypatch.setattr("bubblemesh.run.preview.estimate", partial(spin, seconds=5.0))
     code, _, message = command("check", "case.yaml", "--plot", "a.png", "--time-limit", "0.3")
     assert (code, "the time limit of 0.3 s was over" in message) == (6, True)
 

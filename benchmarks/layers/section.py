@@ -13,7 +13,7 @@ from benchmarks.layers.shapes import around, naca, smooth_ring
 from benchmarks.solvers.programs import SCRIPTS, NotInstalledError, printed, program
 from bubblemesh.arrays import Floats
 from bubblemesh.case import load_case
-from bubblemesh.run.destination import OutputOptions, destination
+from bubblemesh.run.output import OutputOptions, destination
 from bubblemesh.run.pipeline import mesh_case
 
 NAME = "naca0012"

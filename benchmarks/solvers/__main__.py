@@ -13,7 +13,7 @@ from typing import Any
 from benchmarks.ablation import renewed
 from benchmarks.solvers.programs import BORE, CONDUCTIVITY, RIM, SOLVERS, Found, NotInstalledError, Solver
 from bubblemesh.case import load_case
-from bubblemesh.run.destination import OutputOptions, destination
+from bubblemesh.run.output import OutputOptions, destination
 from bubblemesh.run.pipeline import mesh_case
 
 PAGE = Path(__file__).parents[2] / "docs" / "solvers.md"

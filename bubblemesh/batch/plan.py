@@ -15,7 +15,8 @@ from bubblemesh.case import Case, Override, Variant, case_variants, load_case
 from bubblemesh.errors import DONE, CaseError, FileError, prefixed
 from bubblemesh.problem.files import contents_or_errors, files_of_case
 from bubblemesh.records import record
-from bubblemesh.run.destination import Destination, OutputOptions, destination
+from bubblemesh.run.destination import Destination
+from bubblemesh.run.output import OutputOptions, destination
 
 T = TypeVar("T")
 

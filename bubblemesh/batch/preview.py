@@ -5,11 +5,10 @@ from typing import Any
 
 from bubblemesh.batch.plan import Entry
 from bubblemesh.batch.row import Row
-from bubblemesh.errors import DONE, located
+from bubblemesh.errors import DONE
 from bubblemesh.meshfiles.text import json_ready
-from bubblemesh.problem.prepare import prepare
 from bubblemesh.records import record
-from bubblemesh.run.estimate import estimate
+from bubblemesh.run.preview import preview
 
 
 @record
@@ -33,12 +32,8 @@ def preview_of(entry: Entry) -> Preview:
     if case is None:
         return Preview(entry.row, None, ())
 
-    def estimated() -> dict[str, Any]:
-        with located(entry.row.source, case.origin):
-            return dict(estimate(prepare(case)))
-
     try:
-        figures = case.within_limits(estimated, f"{entry.row.source}: ")
+        figures = preview(case, entry.row.source)
     except Exception as error:
         return Preview(entry.row.ended_by(error), None, entry.names)
     return Preview(entry.row, figures, entry.names)

@@ -5,9 +5,8 @@ from typing import Annotated
 import typer
 
 from bubblemesh import __version__
-from bubblemesh.cli.cases import adapt, batch, check, init, run, schema
+from bubblemesh.cli import adapt, batch, check, meshes, run, templates
 from bubblemesh.cli.exits import Commands, reported, signals_obeyed
-from bubblemesh.cli.meshes import partition, plot, quality
 from bubblemesh.cli.stdio import expendable_messages, write_output
 
 __all__ = ["app", "main"]
@@ -17,7 +16,11 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-for command in (run, adapt, batch, check, quality, plot, partition, schema, init):
+for command in (
+    *(run.run, adapt.adapt, batch.batch, check.check),
+    *(meshes.quality, meshes.plot, meshes.partition),
+    *(templates.schema, templates.init),
+):
     app.command()(reported()(command))
 
 

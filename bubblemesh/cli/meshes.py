@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bubblemesh.cli.completion import quantities, styles
+from bubblemesh.cli.delivery import show_written
 from bubblemesh.cli.options import AsJson, FormatsNamed, Output, Quiet, SolversNamed
-from bubblemesh.cli.stdio import mesh_stream, tell_written, write_json
+from bubblemesh.cli.stdio import mesh_stream, write_json
 from bubblemesh.errors import CaseError, located, prefixed
 
 if TYPE_CHECKING:
@@ -123,18 +124,19 @@ def partition(
     """Divide a mesh into parts for a parallel solver, and write it with the part of each triangle and node."""
     from bubblemesh.case import Output as OutputKeys
     from bubblemesh.meshfiles.companions import files_beside
-    from bubblemesh.run.destination import OutputOptions, destination_beside, stream_destination
     from bubblemesh.run.division import divided_file
+    from bubblemesh.run.output import OutputOptions, destination_beside, stream_destination
 
     mesh_file = divided_file(mesh, parts)
-    options, keys = OutputOptions(output, formats or (), solvers or ()), OutputKeys(partition=parts)
+    stream, keys = mesh_stream(output, as_json), OutputKeys(partition=parts)
+    options = OutputOptions(output, formats or (), solvers or (), stream=stream)
     place = (
-        stream_destination(keys, mesh_stream(as_json), options)
-        if output == "-"
+        stream_destination(keys, stream, options)
+        if stream is not None
         else destination_beside([mesh, *files_beside(mesh)], keys, Path(), f"{mesh_file.name}-{parts}", options)
     )
     report = place.write(mesh_file.mesh, mesh_file.fields, mesh_file.report)
-    tell_written(report, place, as_json, quiet)
+    show_written(report, place, as_json, quiet)
 
 
 def plot(

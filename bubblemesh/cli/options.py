@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options that several commands share, and the case that they name."""
 
 from collections.abc import Callable, Sequence
 from functools import wraps
@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bubblemesh.cli.completion import formats, methods, solvers
+from bubblemesh.cli.stdio import read_input
 
 if TYPE_CHECKING:
-    from bubblemesh.case import Override
+    from bubblemesh.case import Case, Override
 
 CaseFile = Annotated[str, typer.Argument(metavar="CASE", help="Case file, or - for the standard input.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the report as JSON on the standard output.")]
@@ -109,3 +110,11 @@ def with_overrides(command: Command) -> Command:
     with_options.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     vars(with_options)["__signature__"] = Signature(parameters)
     return with_options
+
+
+def case_at(case: str, overrides: Overrides, untrusted: bool, text: str | None = None) -> "Case":
+    """Case of a file, or of the standard input for ``-`` unless its text is given, with the options over it."""
+    from bubblemesh.case import load_case
+
+    text = read_input() if case == "-" and text is None else text
+    return load_case(case, overrides=overrides, untrusted=untrusted, text=text)

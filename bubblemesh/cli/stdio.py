@@ -1,20 +1,12 @@
-"""The standard streams: input and output as bytes, as data must not depend on the locale; and the error stream.
-
-The messages on a written mesh use both output and error stream.
-"""
+"""The standard streams: input and output as bytes, as data must not depend on the locale; and the error stream."""
 
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, cast
+from typing import Any, BinaryIO, TextIO, cast
 
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import case_text, sync, unwritten
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from bubblemesh.run.destination import Destination, StreamDestination
 
 
 def read_input() -> str:
@@ -50,8 +42,13 @@ def output_stream() -> BinaryIO:
     return sys.stdout.buffer
 
 
-def mesh_stream(as_json: bool) -> BinaryIO:
-    """The standard output for a mesh; an error if it is a terminal, or is also to get a report as JSON."""
+def mesh_stream(output: str | None, as_json: bool) -> BinaryIO | None:
+    """The standard output if the option ``-o`` names it as the place of a mesh, else None.
+
+    FileError if it is closed or a terminal, CaseError if it is also to get a report as JSON.
+    """
+    if output != "-":
+        return None
     stream = output_stream()
     if stream.isatty():
         raise FileError("-o -: the mesh would go to the terminal: redirect it or pipe it to a program")
@@ -80,23 +77,6 @@ def write_json(data: Any) -> None:
     from bubblemesh.meshfiles.text import json_text
 
     write_output(json_text(data))
-
-
-def tell_written(
-    report: "Mapping[str, Any]", place: "Destination | StreamDestination", as_json: bool, quiet: bool
-) -> None:
-    """Print the warnings on a written mesh, and its report: as JSON, or its quality and files on the terminal."""
-    from bubblemesh import console
-    from bubblemesh.console.report import show_files, show_quality
-    from bubblemesh.run.destination import Destination
-
-    if as_json:
-        write_json(report)
-    if not quiet:
-        show_quality(report)
-        if isinstance(place, Destination):
-            show_files(str(place.folder), report["files"])
-    console.warn(report["warnings"])
 
 
 class Expendable:

@@ -10,9 +10,10 @@ from typer.testing import CliRunner
 from bubblemesh import load_case
 from bubblemesh.case import overrides
 from bubblemesh.case.overrides import Override, overrides_of
-from bubblemesh.cli import cases, options
+from bubblemesh.cli import adapt, batch, check, options, run
 from bubblemesh.errors import CaseError
 
+COMMANDS = (run, adapt, check, batch)
 CASE = """\
 domain: {outer: {rectangle: [0, 0, 1, 1], label: wall}}
 spacing: 0.4
@@ -30,11 +31,12 @@ def with_option_called(tmp_path, monkeypatch):
         tables.setitem(overrides.OPTIONS, "called", ("name",))
         tables.setitem(options.CASE_OPTIONS, "called", Annotated[str | None, typer.Option(help="Name of the mesh.")])
         app = typer.Typer()
-        reload(cases)
-        for command in (cases.run, cases.adapt, cases.check, cases.batch):
-            app.command()(command)
+        for module in COMMANDS:
+            reload(module)
+            app.command()(getattr(module, module.__name__.split(".")[-1]))
         yield lambda *arguments: CliRunner().invoke(app, arguments)
-    reload(cases)
+    for module in COMMANDS:
+        reload(module)
 
 
 @pytest.mark.parametrize("command", ["run", "check", "batch"])

@@ -8,7 +8,7 @@ from commands import command, contents
 from bubblemesh.batch.plan import BatchOptions, plan_cases
 from bubblemesh.case import load_case
 from bubblemesh.errors import FileError
-from bubblemesh.run.destination import OutputOptions, destination
+from bubblemesh.run.output import OutputOptions, destination
 
 SQUARE = "{rectangle: [0, 0, 1, 1]}"
 READ = {

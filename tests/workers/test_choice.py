@@ -1,30 +1,26 @@
 import pytest
 
-from bubblemesh.case import load_case
-from bubblemesh.cli.cases import PACKING, crew_for
 from bubblemesh.errors import CaseError
+from bubblemesh.workers.choice import PACKING, crew_for
 from bubblemesh.workers.crew import MANY
-
-PLATE = "name: plate\ndomain: {outer: {rectangle: [0, 0, 3, 2]}}\nspacing: 0.3\n"
 
 
 @pytest.mark.parametrize(
     ("parts", "at_once", "loaded", "most"),
     [
-        *(("auto", True, PACKING, MANY), ("3", True, PACKING, 3), ("1", True, None, 1)),
-        *(("auto", False, None, MANY), ("3", False, None, 3)),
+        *(("auto", True, PACKING, MANY), (3, True, PACKING, 3), (1, True, None, 1)),
+        *(("auto", False, None, MANY), (3, False, None, 3)),
     ],
 )
 def test_workers_start_before_all_else_unless_one_part_is_asked_for(monkeypatch, parts, at_once, loaded, most):
     seen = []
     monkeypatch.setattr("bubblemesh.workers.crew.crew_of", lambda hire, warn, *more: seen.append(more))
-    crew_for(load_case("plate.yaml", text=f"{PLATE}parts: {parts}\n"), 2, None, at_once=at_once)
+    crew_for(parts, 2, None, print, at_once=at_once)
     assert seen == [(loaded, most)]
 
 
 def test_a_mesh_in_one_piece_has_no_workers():
-    case = load_case("plate.yaml", text=PLATE)
-    with crew_for(case, None, None, at_once=True) as crew:
+    with crew_for(None, None, None, print, at_once=True) as crew:
         assert crew.__module__ == "bubblemesh.parts.work"
     with pytest.raises(CaseError, match="add --parts auto"):
-        crew_for(case, 2, None, at_once=True)
+        crew_for(None, 2, None, print, at_once=True)

@@ -1,0 +1,53 @@
+"""What commands that write meshes share: the mesh is made, written and shown."""
+
+from typing import TYPE_CHECKING
+
+from bubblemesh.cli.exits import heed
+from bubblemesh.cli.stdio import write_json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
+    from bubblemesh.case import Case
+    from bubblemesh.run.delivery import Meshing
+    from bubblemesh.run.destination import Destination, StreamDestination
+
+
+def deliver(
+    meshing: "Meshing",
+    case: "Case",
+    source: str,
+    place: "Destination | StreamDestination",
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Mesh a case and write the result, with the progress and the report on the terminal.
+
+    If the mesh is not what the case requires, that is raised in the end.
+    """
+    from bubblemesh.console.run import PackingProgress
+    from bubblemesh.run.delivery import deliver as delivered
+
+    progress = PackingProgress(f"packing {case.name}", quiet, heed)
+    result, report = delivered(meshing, case, source, place, progress)
+    show_written(report, place, as_json, quiet)
+    if result.verdict is not None:
+        raise result.verdict
+
+
+def show_written(
+    report: "Mapping[str, Any]", place: "Destination | StreamDestination", as_json: bool, quiet: bool
+) -> None:
+    """Print the warnings on a written mesh, and its report: as JSON, or its quality and files on the terminal."""
+    from bubblemesh import console
+    from bubblemesh.console.report import show_files, show_quality
+    from bubblemesh.run.destination import Destination
+
+    if as_json:
+        write_json(report)
+    if not quiet:
+        show_quality(report)
+        if isinstance(place, Destination):
+            show_files(str(place.folder), report["files"])
+    console.warn(report["warnings"])

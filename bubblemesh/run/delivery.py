@@ -1,0 +1,58 @@
+"""Delivery of a run: a case is meshed, and the result is written, within the limits of the case."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import Any, NamedTuple, Protocol
+
+from bubblemesh.case import Case
+from bubblemesh.errors import located
+from bubblemesh.run.destination import Destination, StreamDestination
+from bubblemesh.run.packing import OnRound, OnShare
+from bubblemesh.run.pipeline import Result, SlicedResult
+from bubblemesh.run.report import RoundRow
+
+Meshing = Callable[[OnRound, OnShare], Result | SlicedResult]
+
+
+class Watcher(Protocol):
+    """One who follows the packing."""
+
+    def show(self, row: RoundRow) -> None:
+        """A round has ended."""
+
+    def advance(self, share: float) -> None:
+        """A share of the packing is done."""
+
+
+class Delivery(NamedTuple):
+    """Result of a run, and its report as written."""
+
+    result: Result | SlicedResult
+    report: dict[str, Any]
+
+
+def deliver(
+    meshing: Meshing,
+    case: Case,
+    source: str,
+    place: Destination | StreamDestination,
+    watching: AbstractContextManager[Watcher],
+) -> Delivery:
+    """Mesh a case and write the result to a place; ``watching`` is entered while it is meshed.
+
+    Whether the mesh is what the case requires is the ``verdict`` of the result. Errors begin with the ``source``, the
+    name of the case's file. FileError if the result cannot be written, if possible before the work.
+    """
+
+    def delivered() -> Delivery:
+        with watching as watcher, located(source, case.origin):
+
+            def on_share(share: float) -> None:
+                watcher.advance(share)
+                place.load()  # while workers pack other parts, if there are any
+
+            result = meshing(watcher.show, on_share)
+        return Delivery(result, place.deliver(result))
+
+    place.require_writable()
+    return case.within_limits(delivered, f"{source}: ")
