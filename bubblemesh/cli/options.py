@@ -15,6 +15,15 @@ if TYPE_CHECKING:
     from bubblemesh.case import Case, Override
 
 CaseFile = Annotated[str, typer.Argument(metavar="CASE", help="Case file, or - for the standard input.")]
+MeshPath = Annotated[
+    Path,
+    # As for all paths: a check by Typer whether they can be read would have another message and exit code than ours.
+    typer.Argument(metavar="MESH", help="Mesh file of any format that bubblemesh or meshio reads.", readable=False),
+]
+MetricField = Annotated[
+    str | None,
+    typer.Option("--field", metavar="NAME", help="Name of the metric at the nodes, if the file has more data."),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the report as JSON on the standard output.")]
 Output = Annotated[
     str | None,

@@ -4,7 +4,8 @@ There are several functions, for different purposes:
 
 - `read_triangles`: triangles as the file has them, with everything else in the file,
 - `read_mesh`: a mesh with labels, regions and data, in either orientation,
-- `whole.whole_mesh`: a mesh that is counter-clockwise and has labels on all of its boundary,
+- `whole_mesh.whole_mesh`: a mesh that is counter-clockwise and has labels on all of its boundary,
+- `inspection.inspected_triangles` and `inspection.inspected_mesh`: these two with notes on faults, to measure them,
 - `fields.read_field` and `fields.read_nodal_field`: one field of data on triangles.
 """
 
@@ -239,6 +240,16 @@ def read_mesh(path: Path) -> MeshWithData:
         source.node_sets,
         digits(source),
     )
+
+
+def reading_notes(read: MeshWithData) -> list[str]:
+    """Notes on what was chosen of a file, such as the last of several times, and on what was left out."""
+    return [*read.notes, *read.curved, *left_out_notes(read.left_out)]
+
+
+def left_out_notes(kinds: Sequence[str]) -> tuple[str, ...]:
+    """A note on kinds of cells that are left out, if there are any."""
+    return (f"cells that are no triangles or quadrilaterals are left out: {', '.join(kinds)}",) if kinds else ()
 
 
 def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:

@@ -13,7 +13,7 @@ from bubblemesh.meshes.metric import ENTRIES
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.faults import faults
 from bubblemesh.meshfiles.metric import metric_of
-from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.meshfiles.read import left_out_notes, read_mesh
 from bubblemesh.messages import shown
 
 ALL_NODES = "NALL"  # set of files for CalculiX
@@ -43,14 +43,12 @@ def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
     if metric is not None:
         of_triangles, at_nodes = metric
         mesh = replace(mesh, metric=at_nodes, fields=dict(zip(ENTRIES, of_triangles.T, strict=True)))
-    kinds = ", ".join(read.left_out)
-    others = (f"cells that are no triangles or quadrilaterals are left out: {kinds}",) if kinds else ()
     own = {*mesh.labels, *mesh.regions, ALL_NODES}
     unread = shown(", ".join(name for name in read.node_sets if name not in own))
     sets = (f"sets of nodes are left out: {unread}",) if unread else ()
     faulty = faults(mesh.points, triangles, read.digits)
     mesh, unmatched = _with_periodic(with_boundary(mesh), read.matching)
-    return mesh, (*read.notes, *others, *read.curved, *sets, *unmatched, *faulty)
+    return mesh, (*read.notes, *left_out_notes(read.left_out), *read.curved, *sets, *unmatched, *faulty)
 
 
 def _with_periodic(mesh: Mesh, matching: Sequence[Integers]) -> tuple[Mesh, tuple[str, ...]]:
