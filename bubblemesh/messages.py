@@ -69,6 +69,16 @@ def own_places() -> Iterator[None]:
         _given.reset(given)
 
 
+@contextmanager
+def given_coordinates() -> Iterator[None]:
+    """Have messages of the block write coordinates as they are: those of data are in the given system already."""
+    token = _given.set(None if _given.get() is None else lambda point: point)
+    try:
+        yield
+    finally:
+        _given.reset(token)
+
+
 def tell_places_of(size: float | None) -> None:
     """Have messages write places with the digits that a domain of some size needs, or of none that is known yet."""
     _size.set(size)

@@ -15,7 +15,7 @@ from bubblemesh.files import local_copy
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import same_system
 from bubblemesh.meshfiles.fields import read_field
-from bubblemesh.messages import extent
+from bubblemesh.messages import extent, given_coordinates
 from bubblemesh.problem.crs import given_bounds
 from bubblemesh.readers.grids.grids import Box, filled_from_nearest, is_grid, read_grid, system_of
 from bubblemesh.readers.grids.rasters import read_grey, read_gridded
@@ -44,6 +44,7 @@ class DataFunction(Protocol):
 Read = tuple[DataFunction, list[str]]  # with notes on what is missing or left out of it
 
 
+@given_coordinates()
 def data_functions(
     terms: SpacingTerms, box: Box, system: str | None, others: Container[str] = ()
 ) -> tuple[dict[Key, DataFunction], tuple[str, ...]]:
@@ -62,6 +63,7 @@ def data_functions(
     return found, tuple(notes)
 
 
+@given_coordinates()
 def raster_variables(
     terms: SpacingTerms, box: Box, names: Container[str], system: str | None
 ) -> tuple[dict[str, Raster], tuple[str, ...]]:

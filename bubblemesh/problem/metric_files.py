@@ -12,7 +12,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.meshes.tensors import area_sizes, require_positive_definite
 from bubblemesh.meshfiles.metric import read_metric
-from bubblemesh.messages import place
+from bubblemesh.messages import given_coordinates, place
 from bubblemesh.problem.crs import given_bounds, given_system, require_given
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.ellipses import Entries
@@ -27,6 +27,7 @@ ENTRIES = "m11", "m12", "m22"  # names of the rasters in a file
 NEGLIGIBLE_AREA = 0.01  # of the domain: what polygons in place of curves leave out
 
 
+@given_coordinates()
 def read_ellipses(model: FieldMetric, domain: Domain) -> tuple[EllipsesAt, tuple[str, ...]]:
     """The metric in a file, and notes on what was chosen of it; CaseError or FileError if it holds none."""
     if _has_rasters(Path(model.file)):

@@ -1,6 +1,7 @@
 """Metrics of places on the earth: sizes in metres on the ground, directions from the east on."""
 
 import json
+import re
 from contextvars import copy_context
 
 import numpy as np
@@ -89,3 +90,43 @@ def test_a_metric_is_not_written_in_other_coordinates_than_those_of_the_plane():
     result = meshed(case_with({"angle": 0, "across": 20_000}, crs={"from": "EPSG:4326", "to": "EPSG:4326"}))
     assert len(result.mesh.metric) == 0
     assert len(meshed(case_with({"angle": 0, "across": 20_000})).mesh.metric) > 0
+
+
+def save_arrays(path, shift=0.0, **bad):
+    """Rasters around the domain, or ``shift`` degrees beside it, with another value at (-1, 61) where one is given."""
+    x, y = np.linspace(-6, 6, 13) + shift, np.linspace(59, 65, 7)
+    arrays = {"m11": np.full((7, 13), 1e-8), "m12": np.zeros((7, 13)), "m22": np.full((7, 13), 1e-8)}
+    for name, value in bad.items():
+        arrays[name][2, 5] = value
+    np.savez(path, x=x, y=y, **arrays)
+
+
+BAD = "at (-1, 61)"
+BESIDE = "from (13.5, 58.5) to (26.5, 65.5), lies beside the domain, which is from (-5, 60) to (5, 64)"
+
+
+@pytest.mark.parametrize(
+    ("arrays", "keys", "told"),
+    [
+        ({"m12": 1.0}, {}, BAD),
+        ({"m22": -1.0}, {"spacing": {"raster": {"file": "m.npz", "name": "m22"}}}, BAD.removeprefix("at ")),
+        ({"shift": 20.0}, {}, BESIDE),
+    ],
+)
+def test_messages_on_data_have_its_own_coordinates(tmp_path, monkeypatch, arrays, keys, told):
+    monkeypatch.chdir(tmp_path)
+    save_arrays("m.npz", **arrays)
+    with pytest.raises(CaseError, match=re.escape(told)):
+        prepared(case_with({"file": "m.npz"}, **keys))
+
+
+def test_messages_on_data_of_meshes_have_its_own_coordinates(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.mesh").write_text(
+        "MeshVersionFormatted 2\nDimension 2\nVertices 3\n-30 50 0\n30 50 0\n-1 90 0\nTriangles 1\n1 2 3 1\nEnd\n"
+    )
+    (tmp_path / "m.sol").write_text(
+        "MeshVersionFormatted 2\nDimension 2\nSolAtVertices 3\n1 3\n1e-8 0 1e-8\n1e-8 0 1e-8\n1e-8 0 -1\nEnd\n"
+    )
+    with pytest.raises(CaseError, match=re.escape("at (-1, 90)")):
+        prepared(case_with({"file": "m.mesh"}))
