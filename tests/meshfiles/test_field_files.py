@@ -217,7 +217,7 @@ class TestReadGridded:
             for name in ("d", "e"):
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                     np.save(member, np.ones((2, 2)))
-                    for _ in range(300):
+                    for _ in range(30):
                         member.write(bytes(1_000_000))
         tracemalloc.start()
         np.testing.assert_array_equal(read_gridded(tmp_path / "a.npz", "d").values, np.ones((2, 2)))
@@ -294,8 +294,8 @@ class TestReadGrey:
                 read_grey(tmp_path / "a.png")
 
     def test_a_picture_of_few_bytes_and_many_pixels(self, tmp_path):
-        Image.new("1", (30_000, 30_000)).save(tmp_path / "a.png")
-        assert (tmp_path / "a.png").stat().st_size < 120_000
+        Image.new("1", (14_000, 14_000)).save(tmp_path / "a.png")  # Pillow itself refuses to open more than 13,377
+        assert (tmp_path / "a.png").stat().st_size < 30_000
         with pytest.raises(LimitError, match="has more than 25,000,000 pixels"):
             read_grey(tmp_path / "a.png")
 
