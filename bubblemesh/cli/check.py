@@ -52,7 +52,7 @@ def show_preview(case: "Case", source: str, picture: Path | None, as_json: bool,
     if as_json:
         write_json(figures | ({} if picture is None else {"plot": picture}))
     if not quiet:
-        report.show_estimate(figures)
+        report.show_estimate(figures, console.terminal if as_json else console.output)
         if picture is not None:
             report.show_files(str(picture.parent), [picture.name])
     console.warn(figures["warnings"])
@@ -61,9 +61,10 @@ def show_preview(case: "Case", source: str, picture: Path | None, as_json: bool,
 def show_previews(entries: "Sequence[Entry]", as_json: bool, quiet: bool) -> None:
     """Print what meshing each of many cases would take; nothing is written. The exit code is the largest of theirs."""
     from bubblemesh import batch as many
+    from bubblemesh import console
     from bubblemesh.console.batch import PreviewLines
 
-    lines = PreviewLines(len(entries), quiet)
+    lines = PreviewLines(len(entries), quiet, console.terminal if as_json else console.output)
     previews = []
     for entry in entries:
         previews.append(many.preview_of(entry))

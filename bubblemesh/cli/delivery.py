@@ -47,7 +47,7 @@ def show_written(
     if as_json:
         write_json(report)
     if not quiet:
-        show_quality(report)
+        show_quality(report, console.terminal)
         if isinstance(place, Destination):
             show_files(str(place.folder), report["files"])
     console.warn(report["warnings"])

@@ -90,8 +90,7 @@ def reported() -> Iterator[None]:
     except MemoryError:
         raise failed(OUT_OF_MEMORY, LimitError.exit_code) from None
     except BrokenPipeError:  # of the standard output: the error stream drops its messages by itself
-        # What is still buffered cannot be written; closing the real stream would raise the error again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         raise failed("the reader of the standard output has gone", FileError.exit_code) from None
     except Exception as error:
         if received:  # a library that was being loaded may have turned the interrupt into any error
@@ -104,6 +103,11 @@ def reported() -> Iterator[None]:
 
         console.tell(traceback.format_exc().rstrip())
         raise failed("this is an error of bubblemesh, not of the case: please report it") from None
+
+
+def _drop_output() -> None:
+    """What is still buffered cannot be written, and closing the real stream would raise the error again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def failed(message: str, exit_code: int = BubblemeshError.exit_code) -> typer.Exit:
@@ -136,8 +140,8 @@ def _as_ours() -> Iterator[None]:
     except (BrokenPipeError, SystemExit) as end:
         if getattr(end, "code", 1) != 1:  # the code with which Rich ends the process if its reader has gone
             raise
-        with reported():
-            raise BrokenPipeError from None
+        _drop_output()  # in silence: who reads the first lines of a help or a table alone has what was asked for
+        raise typer.Exit(FileError.exit_code) from None
     except OSError as error:
         with reported():
             raise unwritten("to the standard output", error) from error

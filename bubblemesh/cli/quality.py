@@ -76,12 +76,13 @@ def show_in_metric(mesh: Path, field: str | None, as_json: bool) -> None:
 
 def show(figures: Mapping[str, Any], notes: Sequence[str], as_json: bool) -> None:
     """Print the figures of a mesh; as JSON with the notes on it."""
+    from bubblemesh import console
     from bubblemesh.console.report import show_quality
 
     if as_json:
         write_json({**figures, "warnings": notes})
     else:
-        show_quality(figures)
+        show_quality(figures, console.output)
 
 
 def show_both(first: Path, second: Path, spacing_between: "SpacingBetween | None", as_json: bool) -> None:

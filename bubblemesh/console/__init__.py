@@ -1,6 +1,12 @@
-"""The terminal, and what its displays share. All is printed on the error stream; the standard output is for data."""
+"""The terminal, and what its displays share.
 
+Messages and progress go to the error stream. The standard output is for what a command is run for: data, and the tables
+of commands that make nothing else.
+"""
+
+import sys
 from collections.abc import Callable, Iterator, Sequence
+from io import TextIOWrapper
 from typing import Any, Self
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType
@@ -9,6 +15,8 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from bubblemesh.errors import FileError
+from bubblemesh.files import unwritten
 from bubblemesh.messages import printable
 
 
@@ -34,7 +42,25 @@ class Terminal(Console):
             yield Segment(text if control else printable(text), style, control)
 
 
+class StandardOutput(Terminal):
+    """The standard output, for tables: what cannot be encoded is shown as escapes."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print as a terminal does; FileError if the standard output is closed or cannot be written."""
+        if sys.stdout is None:
+            raise FileError("the standard output is closed")
+        if isinstance(sys.stdout, TextIOWrapper):
+            sys.stdout.reconfigure(errors="backslashreplace")
+        try:
+            super().print(*objects, **options)
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise unwritten("to the standard output", error) from error
+
+
 terminal = Terminal(stderr=True, highlight=False, soft_wrap=True)
+output = StandardOutput(highlight=False, soft_wrap=True)
 
 
 def warn(messages: Sequence[str]) -> None:

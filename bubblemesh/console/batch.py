@@ -107,9 +107,10 @@ def _named(row: Row) -> str:
 class PreviewLines:
     """Prints a line for each case of a batch that is only checked; equal errors are printed once."""
 
-    def __init__(self, count: int, quiet: bool) -> None:
+    def __init__(self, count: int, quiet: bool, to: console.Terminal) -> None:
         self.count = count
         self.quiet = quiet
+        self.to = to
         self.told: Counter[str] = Counter()
         self.shown = 0
 
@@ -126,7 +127,7 @@ class PreviewLines:
         if not self.quiet:
             spacing = figures["spacing"]
             sizes = f"spacing {spacing['minimum']:.4g} to {spacing['maximum']:.4g}"
-            console.terminal.print(Text(f"{number} {row.case}: about {figures['expected_nodes']:,.0f} nodes, {sizes}"))
+            self.to.print(Text(f"{number} {row.case}: about {figures['expected_nodes']:,.0f} nodes, {sizes}"))
         for warning in figures["warnings"]:
             self.told[warning] += 1
             if self.told[warning] == 1:
@@ -141,4 +142,4 @@ class PreviewLines:
         parts = [f"{fine} can be meshed, with about {totals['expected_nodes']:,.0f} nodes in all"] if fine else []
         parts += [f"{totals['failed']} failed"] if totals["failed"] else []
         parts += [f"{counted(repeated, 'message')} like those above left out"] if repeated else []
-        console.tell(f"{counted(totals['cases'], 'case')}: {', '.join(parts)}")
+        self.to.print(Text(f"{counted(totals['cases'], 'case')}: {', '.join(parts)}"))

@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from bubblemesh import console
+from bubblemesh.console import Terminal
 from bubblemesh.meshes.histograms import Histogram
 from bubblemesh.messages import coordinate, counted, duration, place, run_seconds
 
@@ -21,7 +22,7 @@ BESIDE_BARS = 32  # characters of a line
 EIGHTHS = " ▏▎▍▌▋▊▉█"  # of a character
 
 
-def show_estimate(figures: Mapping[str, Any]) -> None:
+def show_estimate(figures: Mapping[str, Any], to: Terminal) -> None:
     """Print the figures of an estimate: what a case asks for, before any packing."""
     x0, y0, x1, y1 = figures["bounds"]
     size = max(x1 - x0, y1 - y0)
@@ -40,9 +41,9 @@ def show_estimate(figures: Mapping[str, Any]) -> None:
         "nodes": f"about {figures['expected_nodes']:.0f}{scale}",
         "method": figures["method"],
     }
-    _show(rows)
+    _show(rows, to)
     if "repairs" in figures:
-        show_repairs(figures["repairs"], size)
+        _show_repairs(figures["repairs"], size, to)
 
 
 def _longest(figures: Mapping[str, Any]) -> str:
@@ -73,7 +74,7 @@ def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         )
 
 
-def show_repairs(rows: Sequence[Mapping[str, Any]], size: float) -> None:
+def _show_repairs(rows: Sequence[Mapping[str, Any]], size: float, to: Terminal) -> None:
     """Print a table of the changes of rings: what was changed, where, and by how much the area changed."""
     table = console.new_table()
     table.add_column("repair")
@@ -84,7 +85,7 @@ def show_repairs(rows: Sequence[Mapping[str, Any]], size: float) -> None:
     if len(rows) > MOST_REPAIRS:
         rest = sum(row["area"] for row in rows[MOST_REPAIRS:])
         table.add_row(f"and {len(rows) - MOST_REPAIRS:,} more", "", f"{rest:+.4g}")
-    console.terminal.print(table)
+    to.print(table)
 
 
 def _named(names: Sequence[str]) -> str:
@@ -103,7 +104,7 @@ def _change(figures: Mapping[str, Any], than: str, size: float) -> str:
     return f"finer than {than} on {figures['share']:.1%} of the area, at most {figures['ratio']:.3g} times{where}"
 
 
-def show_quality(figures: Mapping[str, Any]) -> None:
+def show_quality(figures: Mapping[str, Any], to: Terminal) -> None:
     """Print the quality of a mesh; ``figures`` are those of a report, with or without spacing and time."""
     quality = figures["quality"]
     ideal = None if "layers" in figures else figures.get("ideal_nodes")
@@ -132,9 +133,9 @@ def show_quality(figures: Mapping[str, Any]) -> None:
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = duration(run_seconds(figures["seconds"]))
-    _show(rows)
+    _show(rows, to)
     if "repairs" in figures:
-        show_repairs(figures["repairs"], size)
+        _show_repairs(figures["repairs"], size, to)
 
 
 def _metric(figures: Mapping[str, Any], size: float) -> str:
@@ -238,12 +239,12 @@ def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:
 
 def show_files(folder: str, files: Sequence[str]) -> None:
     """Print which files were written."""
-    _show({"files": _named(files) + ("" if folder in (".", "") else f" in {folder}")})
+    _show({"files": _named(files) + ("" if folder in (".", "") else f" in {folder}")}, console.terminal)
 
 
-def _show(rows: Mapping[str, str]) -> None:
+def _show(rows: Mapping[str, str], to: Terminal) -> None:
     for name, value in rows.items():
-        console.terminal.print(Text.assemble((f"{name:11}", "bold"), value))
+        to.print(Text.assemble((f"{name:11}", "bold"), value))
 
 
 def show_comparison(
@@ -251,20 +252,20 @@ def show_comparison(
     rows: Iterable[tuple[str, str, str, str]],
     histograms: Mapping[str, Sequence[Histogram | None]],
 ) -> None:
-    """Print two meshes side by side: their figures and differences, and histograms as bars of text."""
+    """Print two meshes side by side on the standard output: figures, differences, and histograms as bars of text."""
     for letter, name in zip("AB", names, strict=True):
-        console.terminal.print(Text.assemble((f"{letter:11}", "bold"), name))
+        console.output.print(Text.assemble((f"{letter:11}", "bold"), name))
     table = console.new_table()
     table.add_column("")
     for column in ("A", "B", "B - A"):
         table.add_column(column, justify="right", no_wrap=True)
     for cells in rows:
         table.add_row(*cells)
-    console.terminal.print(table)
+    console.output.print(table)
     for title, both in histograms.items():
         if any(histogram is not None for histogram in both):
-            console.terminal.print()
-            console.terminal.print(_bars(TITLES[title], both))
+            console.output.print()
+            console.output.print(_bars(TITLES[title], both))
 
 
 def _bars(title: str, both: Sequence[Histogram | None]) -> Table:
@@ -274,7 +275,7 @@ def _bars(title: str, both: Sequence[Histogram | None]) -> Table:
     bins = [f"below {edges[0]}", *(f"{low} to {high}" for low, high in pairwise(edges)), f"above {edges[-1]}"]
     shares = [None if h is None else [n / h.total for n in (h.below, *h.counts, h.above)] for h in both]
     largest = max(max(column) for column in shares if column is not None)
-    length = min(BAR, max((console.terminal.width - BESIDE_BARS) // 2, 0))
+    length = min(BAR, max((console.output.width - BESIDE_BARS) // 2, 0))
     table = console.new_table()
     for column in (title, "A", "", "B", ""):
         table.add_column(column, justify="right" if column in ("A", "B") else "left", no_wrap=True)

@@ -86,8 +86,8 @@ def test_a_given_spacing_counts_for_both_and_over_that_of_the_file(files):
 def test_the_terminal_shows_figures_with_differences_and_histograms(files):
     a, b, first, second, _ = files
     code, text, said = run(a, b)
-    assert (code, text) == (0, "")
-    lines = said.splitlines()
+    assert (code, said) == (0, "")
+    lines = text.splitlines()
     assert lines[:2] == [f"A          {a}", f"B          {b}"]
     rows = {line[:18].strip(): line[18:].split() for line in lines if line}
     n, m = len(first.triangles), len(second.triangles)
@@ -185,7 +185,7 @@ def test_an_empty_file_is_told_to_be_so(name, tmp_path):
 @pytest.mark.parametrize("width", [36, 40, 60, 76, 200])
 def test_histograms_fit_the_terminal(width, monkeypatch):
     stream = io.StringIO()
-    monkeypatch.setattr(console, "terminal", Console(file=stream, width=width, soft_wrap=True, _environ={}))
+    monkeypatch.setattr(console, "output", Console(file=stream, width=width, soft_wrap=True, _environ={}))
     counted = histogram(np.repeat([0.05, 0.95], [1, 8]), 0, 1, 10)
     show_comparison(["a", "b"], [], {"quality": [counted, counted]})
     lines = stream.getvalue().splitlines()
@@ -197,7 +197,7 @@ def test_histograms_fit_the_terminal(width, monkeypatch):
 
 def test_bars_end_at_eighths_of_a_character(monkeypatch):
     stream = io.StringIO()
-    monkeypatch.setattr(console, "terminal", Console(file=stream, width=100, soft_wrap=True, _environ={}))
+    monkeypatch.setattr(console, "output", Console(file=stream, width=100, soft_wrap=True, _environ={}))
     shares = np.repeat([0.05, 0.15, 0.95], [1, 3, 8])
     both = [histogram(shares, 0, 1, 10), histogram(shares[:4], 0.0, 1.0, 10)]
     show_comparison(["a", "b"], [], {"quality": both})

@@ -84,13 +84,28 @@ def test_a_mesh_that_cannot_be_delivered_is_a_failure_even_without_messages(stre
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["--show-completion"]])
-@pytest.mark.parametrize("stream", LOST[:2])
-def test_help_that_cannot_be_delivered_is_a_failure_with_a_message(stream, arguments, here):
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["--show-completion"], ["check", "cases/a.yaml"]])
+@pytest.mark.parametrize(("stream", "lines"), [pytest.param(full, 1, marks=needs_full), (gone, 0)])
+def test_text_that_cannot_be_delivered_is_a_failure_with_a_message_unless_its_reader_has_gone(
+    stream, lines, arguments, here
+):
     messages, writer = os.pipe()
     assert ended(here, *arguments, stdout=stream(), stderr=writer) == 5
     with os.fdopen(messages) as told:
-        assert told.read().count("\n") == 1
+        assert told.read().count("\n") == lines
+
+
+@pytest.mark.long
+def test_a_table_takes_any_encoding_and_tells_that_there_is_no_output(here):
+    check = [sys.executable, "-m", "bubblemesh", "check", "cases/a.yaml"]
+    text = "name: naïve\ndomain: {outer: {circle: {center: [0, 0], radius: 1}, label: größe}}\nspacing: 0.3\n"
+    (here / "cases/a.yaml").write_text(text, encoding="utf-8")
+    ascii_only = os.environ | {"PYTHONIOENCODING": "ascii"}
+    assert (
+        b"gr\\xf6\\xdfe" in subprocess.run(check, cwd=here, env=ascii_only, stdout=subprocess.PIPE, check=True).stdout
+    )
+    closed = subprocess.run(["sh", "-c", '"$@" >&-', "sh", *check], cwd=here, stderr=subprocess.PIPE, check=False)
+    assert (closed.returncode, closed.stderr) == (5, b"error: the standard output is closed\n")
 
 
 def test_what_was_buffered_is_given_up_as_well(tmp_path):

@@ -134,7 +134,8 @@ def test_a_mesh_without_inner_nodes_or_spacing_is_shown(monkeypatch):
             "area": 1.0,
             "bounds": (0, 0, 1, 1),
             "quality": quality | {"irregular_fraction": None},
-        }
+        },
+        console.terminal,
     )
     assert "0.800 at (0.5, 0.25)" in stream.getvalue()
     assert "irregular" not in stream.getvalue()
@@ -239,7 +240,7 @@ def test_places_are_told_without_their_rounding(monkeypatch):
     problem = prepare(load_case("a.yaml", text="domain: {outer: {rectangle: [-1, -1, 1, 1]}}\nspacing: 0.2\n"))
     extremes = problem.survey.extremes._replace(minimum_at=(8.3e-17, -1e-16), maximum_at=(-1.0, 1e-5))
     survey = replace(problem.survey, extremes=extremes)
-    show_estimate(estimate(replace(problem, survey=survey)))
+    show_estimate(estimate(replace(problem, survey=survey)), console.terminal)
     assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 0.00001)" in stream.getvalue()
 
 

@@ -8,6 +8,7 @@ import pytest
 from invariants import check_area, check_arrays, check_edges, check_facets_do_not_cross, check_labels
 
 import bubblemesh
+from bubblemesh import console
 from bubblemesh.arrays import members
 from bubblemesh.case import load_case
 from bubblemesh.console.report import show_quality
@@ -618,7 +619,7 @@ def test_the_largest_jump_is_told_with_its_place(capsys):
     assert row["across_front"] < 2 < 10 < row["farthest"]["ratio"]
     x, _ = row["farthest"]["at"]
     assert min(x, 4 - x) < 0.3  # where layers end one by one
-    show_quality(result.report)
+    show_quality(result.report, console.terminal)
     assert "(up to" in "".join(capsys.readouterr())
 
 
@@ -732,7 +733,7 @@ def test_a_wall_whose_edges_are_all_as_corners_has_no_first_heights(capsys):
     row = row_of(result, "chamfer")
     assert row["first"] == {}
     assert row_of(result, "w")["first"]["kept"] == pytest.approx(1)
-    show_quality(result.report)
+    show_quality(result.report, console.terminal)
     (line,) = (line for line in "".join(capsys.readouterr()).splitlines() if "chamfer:" in line)
     assert "first" not in line
     assert "aspect" not in line
