@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from bubblemesh import __version__
-from bubblemesh.cli import adapt, batch, check, partition, plot, quality, run, templates
+from bubblemesh.cli import adapt, batch, check, convert, partition, plot, quality, run, templates
 from bubblemesh.cli.exits import Commands, reported, signals_obeyed
 from bubblemesh.cli.stdio import expendable_messages, write_output
 
@@ -18,7 +18,7 @@ app = typer.Typer(
 )
 for command in (
     *(run.run, adapt.adapt, batch.batch, check.check),
-    *(quality.quality, plot.plot, partition.partition),
+    *(quality.quality, plot.plot, convert.convert, partition.partition),
     *(templates.schema, templates.init),
 ):
     app.command()(reported()(command))

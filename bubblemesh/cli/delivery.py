@@ -7,11 +7,14 @@ from bubblemesh.cli.stdio import write_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
     from typing import Any
 
-    from bubblemesh.case import Case
+    from bubblemesh.case import Case, Output
     from bubblemesh.run.delivery import Meshing
     from bubblemesh.run.destination import Destination, StreamDestination
+    from bubblemesh.run.mesh_file import MeshOfFile
+    from bubblemesh.run.output import OutputOptions
 
 
 def deliver(
@@ -34,6 +37,23 @@ def deliver(
     show_written(report, place, as_json, quiet)
     if result.verdict is not None:
         raise result.verdict
+
+
+def write_again(
+    path: "Path", read: "MeshOfFile", keys: "Output", options: "OutputOptions", as_json: bool, quiet: bool
+) -> None:
+    """Write the mesh of a file where and as the options say over the keys, and show what was written."""
+    from pathlib import Path
+
+    from bubblemesh.meshfiles.companions import files_beside
+    from bubblemesh.run.output import destination_beside, stream_destination
+
+    place = (
+        destination_beside([path, *files_beside(path)], keys, Path(), read.name, options)
+        if options.stream is None
+        else stream_destination(keys, options.stream, options)
+    )
+    show_written(place.write(read.mesh, read.fields, read.report), place, as_json, quiet)
 
 
 def show_written(

@@ -12,7 +12,7 @@ from bubblemesh.packing.methods import METHODS
 from bubblemesh.pictures.colouring import QUANTITIES
 from bubblemesh.pictures.styles import STYLES
 
-COMMANDS = ["run", "adapt", "batch", "check", "quality", "plot", "partition", "schema", "init"]
+COMMANDS = ["run", "adapt", "batch", "check", "quality", "plot", "convert", "partition", "schema", "init"]
 
 
 def called(*arguments, **environment):
