@@ -84,7 +84,7 @@ INNER = {
     "readers/svg": {"features", "sampling"},
     "spacing/grid": {"spacing"},
     "spacing/metric": {"spacing", "terms"},
-    "spacing/rules": {"bounds", "grid", "metric", "spacing"},
+    "spacing/rules": {"bounds", "grid", "spacing"},
     "spacing/terms": {"bounds", "grid", "spacing"},
 }
 # A module may import another one that is made of it, in a function: rings are outlined by the boundary that they make.

@@ -22,7 +22,6 @@ from bubblemesh.parts.store import Store
 from bubblemesh.parts.work import Deadline, Job, Terms
 from bubblemesh.parts.workshop import Workshop
 from bubblemesh.records import record
-from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
 # Nodes, about, of each part, where their number is not given; from `FEW` parts on they grow with the mesh, as their
@@ -71,7 +70,7 @@ class Parted:
         x = np.concatenate([core.x for core in cores])
         bubbles = net.bubbles.append(x, spacing.extended(x))
         triangles = np.concatenate([net.triangles, *(core.triangles for core in cores)])
-        if isinstance(spacing, MetricSpacing):  # flips by circles in space would undo those in the metric
+        if spacing.in_metric:  # flips by circles in space would undo those in the metric
             return replace(net.of(bubbles), triangles=triangles, edges=unique_edges(triangles)[0], legal=None)
         return reconnect(net, bubbles, triangles)
 

@@ -18,7 +18,6 @@ from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.table import tabulated
-from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.spacing import Spacing
 
 T = TypeVar("T")
@@ -58,7 +57,7 @@ class Figures(NamedTuple):
     @classmethod
     def of(cls, bubbles: Bubbles, triangles: Integers, spacing: Spacing) -> Self:
         """Figures of bubbles that triangles (t, 3) connect, with qualities in the metric of a spacing if it has one."""
-        q = measures_in(spacing, bubbles.x, triangles).radius_ratios
+        q = spacing.measures(bubbles.x, triangles).radius_ratios
         return cls(len(bubbles), bubbles.boundary_count, len(q), float(q.mean()), float(q.min()))
 
     @classmethod

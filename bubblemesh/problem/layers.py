@@ -16,7 +16,6 @@ from bubblemesh.layers.pinches import SHORT
 from bubblemesh.layers.pipeline import HighLayerError, layered
 from bubblemesh.layers.rest import Rest
 from bubblemesh.messages import meant
-from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.grading import Ground, LimitedSpacing
 from bubblemesh.spacing.rules.rules import limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources, short_pieces
@@ -96,7 +95,7 @@ def with_layers(
 
     rest = layered(domain, requested, packing, ladders, max_nodes)
     low = rest.strips.low_fans
-    if len(low) and not isinstance(packing, MetricSpacing):
+    if len(low) and not packing.in_metric:
         rest = layered(domain, requested, limited(low), ladders, max_nodes)
     sources = short_pieces(rest.domain, packing)
     beside = limited(sources)

@@ -10,7 +10,6 @@ import numpy as np
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.demands import Demands
 from bubblemesh.records import record
-from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
@@ -133,7 +132,7 @@ class Problem:
             "largest": bool(np.isfinite([task.largest, *task.largest_in.values()]).any()),
             "overconstrained": task.inner_node,
             "layers": self.rest is not None,
-            "metric": isinstance(self.spacing, MetricSpacing),
+            "metric": self.spacing.in_metric,
             "output.order": task.order > 1,
             "output.partition": task.partition is not None,
             "crs.to": plane is not None and plane.target is not None,

@@ -6,7 +6,6 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.problem.problem import Problem
-from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.rules import Rules
 
 FINER = 0.02  # relative difference from which a spacing is finer than another: grading is no more exact
@@ -23,7 +22,7 @@ def ruling(problem: Problem, points: Floats) -> list[str]:
     steps = {
         _rules(problem.rules): problem.after_rules.spacing,
         "periodic": problem.after_periodic.spacing,
-        "metric" if isinstance(problem.spacing, MetricSpacing) else "boundary": problem.packing_spacing,
+        "metric" if problem.spacing.in_metric else "boundary": problem.packing_spacing,
     }
     before = problem.before_rules.extended(points)
     for name, spacing in steps.items():

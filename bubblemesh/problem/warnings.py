@@ -9,7 +9,6 @@ from bubblemesh.arrays import Floats, Integers, concatenated, members, select
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls, Gaps
 from bubblemesh.messages import counted, place
-from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace, size_across, surely_wide
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
@@ -84,7 +83,7 @@ def narrow_parts(
     piece, s = _samples(walls.domain)
     d, ahead_of = spacing(boundary.points(piece, s)), spacing(boundary.corners[corner.corner])
     gaps = concatenated([walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)])
-    sized = requested if isinstance(requested, MetricSpacing) else spacing
+    sized = requested if requested is not None and requested.in_metric else spacing
     warnings = []
     force = "" if left_out is None else "; more would take many times the nodes: across: 1 in the spacing forces them"
     for at, width, d_there in _narrowest(select(gaps, ~gaps.inner), sized):

@@ -26,7 +26,6 @@ from bubblemesh.records import record
 from bubblemesh.run.assembly import layer_of_triangles, layered_mesh, mesh_of, sliced_mesh
 from bubblemesh.run.metric import MetricRow, metric_row
 from bubblemesh.run.report import triangle_fields
-from bubblemesh.spacing.metric.measures import measures_in
 
 if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
@@ -62,10 +61,10 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
 
     whole = join_layers(rest, net, problem.packing_spacing)
     mesh = layered_mesh(whole, problem.domain, rest.strips)
-    measures = measures_in(problem.spacing, mesh.points, mesh.triangles)
+    measures = problem.spacing.measures(mesh.points, mesh.triangles)
     require_conforming(mesh, measures)
     departure = deviation(problem.domain, mesh.points, whole.net.facets, whole.net.facet_piece)
-    packed = measures_in(problem.spacing, net.bubbles.x, net.triangles)
+    packed = problem.spacing.measures(net.bubbles.x, net.triangles)
     of_packed = mesh_figures(packed, problem.spacing.between)
     found = mesh_figures(measures, None) | {name: of_packed[name] for name in ("quality", "spacing")}
     layers = layer_figures(rest.strips, beyond_fronts(rest, net), whole)
@@ -76,7 +75,7 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
 
 def _whole(net: Net, problem: Problem) -> Measured:
     mesh = mesh_of(net, problem.domain)
-    measures = measures_in(problem.spacing, mesh.points, mesh.triangles)
+    measures = problem.spacing.measures(mesh.points, mesh.triangles)
     require_conforming(mesh, measures)
     departure = deviation(problem.domain, mesh.points, net.facets, net.facet_piece)
     figures, fields = mesh_figures(measures, problem.spacing.between), _fields(measures, problem)

@@ -10,7 +10,6 @@ from bubblemesh.meshes.metric import share_within
 from bubblemesh.meshes.quality import Measures, edge_ratios
 from bubblemesh.messages import place
 from bubblemesh.records import record
-from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH
 from bubblemesh.spacing.rules.rules import limited_for_packing_across_sides
@@ -83,7 +82,7 @@ def _shortened(measures: Measures, along: Floats, packed: MetricSpacing, problem
     shorter = ratio > 1 / SHORTER
     if not shorter.any():
         return None
-    q = measures_in(packed, measures.points, measures.triangles).radius_ratios
+    q = packed.measures(measures.points, measures.triangles).radius_ratios
     x, y = measures.points[ratio.argmax()].tolist()
     figures = float(q.mean()), quantile(q, 0.01), float(q.min())
     reasons = _reasons(measures.points[shorter], along[shorter], 1 / ratio[shorter], packed, problem)

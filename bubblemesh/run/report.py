@@ -21,7 +21,6 @@ from bubblemesh.records import record
 from bubblemesh.run.estimate import RepairRow, SpacingChange
 from bubblemesh.run.metric import MetricRow
 from bubblemesh.run.water import WaterRow
-from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ class RoundRow:
     @classmethod
     def of(cls, done: Round, seconds: float, spacing: Spacing) -> Self:
         """Figures of a finished round, with qualities in the metric of a spacing if it has one."""
-        q = measures_in(spacing, done.bubbles.x, done.net.triangles).radius_ratios
+        q = spacing.measures(done.bubbles.x, done.net.triangles).radius_ratios
         return cls(
             round=done.number,
             iterations=done.iterations,

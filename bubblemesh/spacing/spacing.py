@@ -3,12 +3,14 @@
 from collections.abc import Callable, Sequence
 from dataclasses import field
 from functools import reduce
+from typing import ClassVar
 
 import numpy as np
 
 from bubblemesh.arrays import LARGEST_NUMBER, Booleans, Floats, Integers, taken
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.meshes.quality import Measures
 from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.bounds import Bounds, bounds_of
@@ -36,6 +38,8 @@ WHOLE = OneKey(Key(["spacing"]))
 @record
 class Spacing:
     """Desired distance between neighbouring nodes, in the domain's unit of length."""
+
+    in_metric: ClassVar[bool] = False  # whether it depends on the direction
 
     function: Function
     floor: float = 0.0  # stands for d outside the domain where the function has no positive value
@@ -81,6 +85,10 @@ class Spacing:
     def stretch(self, points: Floats, directions: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) anywhere, in directions (n, 2), over that square to them; 1 where undefined."""
         return np.ones(len(points))
+
+    def measures(self, points: Floats, triangles: Integers) -> Measures:
+        """Measures of triangles (t, 3) between points (n, 2), in the metric if the spacing is one."""
+        return Measures(points, triangles)
 
     def bounds_in(self, box: tuple[float, float, float, float]) -> Bounds | None:
         """Bounds in a box (x0, y0, x1, y1), if any are known."""

@@ -17,7 +17,6 @@ from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.placement import Placement, require_at_most
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.cells import Leaves, leaves_in_blocks
-from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.rules import finer_of_both_sides
 from bubblemesh.spacing.rules.sources import short_intervals
 from bubblemesh.spacing.spacing import Spacing
@@ -114,7 +113,7 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     given = np.bincount(held.piece, minlength=len(total))
     taken = np.zeros(len(total), bool)
     # Else the spacing is that of a coarser level, which there are none of in a metric.
-    enough = 0.0 if isinstance(spacing, MetricSpacing) else HELD
+    enough = 0.0 if spacing.in_metric else HELD
     taken[held.pieces] = intervals[held.pieces] >= enough * (given[held.pieces] + 1)
     # A closed curve has a bubble at its start, an open piece a corner.
     count = np.where(taken, 0, np.where(boundary.closed, intervals, intervals - 1))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import field
+from typing import ClassVar
 
 import numpy as np
 
@@ -9,6 +10,8 @@ from bubblemesh.arrays import Floats, Integers, turned_left
 from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.kernels.tensors import lengths, mean_lengths
+from bubblemesh.meshes.metric import MeasuresInMetric
+from bubblemesh.meshes.quality import Measures
 from bubblemesh.meshes.tensors import Axes, require_positive_definite
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -39,6 +42,8 @@ class MetricSpacing(Spacing):
     As a spacing without direction it is the diameter of circles of the same area as its ellipses: of these as many
     nodes follow. Between the ends of an edge, and along a boundary, it is that in their direction.
     """
+
+    in_metric: ClassVar[bool] = True
 
     ellipses: EllipsesAt = field(kw_only=True)
     aspect: float = field(default=1.0, kw_only=True)  # of the longest ellipse in the domain
@@ -85,6 +90,9 @@ class MetricSpacing(Spacing):
         with np.errstate(divide="ignore", invalid="ignore"):
             found = lengths(tensors, beside) / lengths(tensors, directions)
         return np.where(np.isnan(found), 1.0, found)
+
+    def measures(self, points: Floats, triangles: Integers) -> Measures:
+        return MeasuresInMetric(points, triangles, self.at(points[triangles].mean(axis=1)))
 
     def _between(self, corners: Floats) -> Floats:
         if corners.shape[1] != 2:

@@ -12,7 +12,6 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import NO_GAPS, FacingWalls, Gaps
 from bubblemesh.messages import node_limit, place
 from bubblemesh.records import record
-from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
 
@@ -114,7 +113,7 @@ class GapSources:
         rounding = ROUNDINGS * np.spacing(np.abs(found.places).max(initial=0.0))  # walls that touch are no gap
         narrow = (size < self.narrow * d[found.number]) & (size > rounding)
         found, size = select(found, narrow), size[narrow]
-        if isinstance(self.requested, MetricSpacing):
+        if self.requested is not None and self.requested.in_metric:
             narrow = size < self.narrow * size_across(found, self.requested)
             found, size = select(found, narrow), size[narrow]
         return found, size

@@ -21,7 +21,6 @@ from bubblemesh.packing.ellipses.smoothing import EllipseSmoothing, NoEllipseSmo
 from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
-from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 
@@ -38,7 +37,7 @@ def test_a_uniform_stretch_gives_the_perfect_lattice_from_most_starts(factor):
     for seed in range(10):
         *_, last = packed(domain, spacing, method=replace(METHOD, perturbation=Perturbation(seed=seed)))
         x, triangles = last.net.bubbles.x, last.net.triangles
-        perfect.append(measures_in(spacing, x, triangles).radius_ratios.min() > 0.999)
+        perfect.append(spacing.measures(x, triangles).radius_ratios.min() > 0.999)
         if perfect[-1]:
             assert len(x) == len(hexagon(6))
             nearest = np.abs(x[:, None] / [factor, 1] - hexagon(6)).max(axis=2).min(axis=1)
@@ -174,7 +173,7 @@ def test_as_many_bubbles_are_packed_as_the_area_in_the_metric_has_room_for():
     density = 1 / front()(x[triangles].mean(axis=1)) ** 2
     areas = signed_areas(x, triangles) * density / (np.sqrt(3) / 4)
     assert areas.sum() == pytest.approx(len(triangles), rel=0.03)
-    assert measures_in(front(), x, triangles).radius_ratios.mean() > 0.95
+    assert front().measures(x, triangles).radius_ratios.mean() > 0.95
 
 
 @pytest.mark.parametrize("across", [1e-3, 1e-4])

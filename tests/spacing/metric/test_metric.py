@@ -7,7 +7,6 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.tensors import lengths
 from bubblemesh.meshes.tensors import axes, of_axes
-from bubblemesh.spacing.metric.measures import measures_in
 from bubblemesh.spacing.metric.metric import STRAIGHT
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import surveyed
@@ -74,6 +73,6 @@ def test_straight_edges_can_follow_the_ellipses_of_a_straightened_metric(across)
 def test_triangles_that_the_metric_stretches_to_equilateral_ones_have_quality_1():
     points = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.05 * np.sqrt(3)]])
     triangles = np.array([[0, 1, 2]])
-    assert measures_in(uniform_metric(0.01, 0.1, 0.0), points, triangles).radius_ratios[0] == pytest.approx(1)
-    plain = measures_in(Spacing(lambda x, y: np.ones(x.shape)), points, triangles)
+    assert uniform_metric(0.01, 0.1, 0.0).measures(points, triangles).radius_ratios[0] == pytest.approx(1)
+    plain = Spacing(lambda x, y: np.ones(x.shape)).measures(points, triangles)
     assert plain.radius_ratios[0] < 0.1
