@@ -252,7 +252,7 @@ class Annealer:
         relaxed = self.relaxer(net, self.steps)
         if relaxed.added or relaxed.lost:
             return connect_within(relaxed.bubbles, self.relaxer.domain), relaxed
-        # The edges from before the relaxation still tell where the order is broken.
+        # The edges from before the relaxation still show where the order is broken.
         return net.of(relaxed.bubbles), relaxed
 
 

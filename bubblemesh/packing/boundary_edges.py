@@ -54,7 +54,7 @@ def _cutting(
 ) -> Booleans:
     """Boundary edges (e,) that have another one, or the end of one that follows, between their chord and their arc.
 
-    Only chords that run through the domain can: on the others' side there is none.
+    Only chords that run through the domain can have one: between the others and their arcs there are no edges.
     """
     samples = begin[:, None] + np.linspace(0, 1, SAMPLES) * (end - begin)[:, None]
     piece = np.repeat(edge_piece, SAMPLES)

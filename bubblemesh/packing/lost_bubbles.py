@@ -16,8 +16,8 @@ def connected_without_lost(
     """Triangles (t, 3) and edges (m, 2) of the nodes that are inside when they have gone from start to x (n, 2).
 
     They come by flips from ``triangles`` and ``edges`` between the same nodes, in the order of `linking.in_order`.
-    Facets stay, and those of the ``rim`` bound the domain. None where no node has left it, or that does not tell: then
-    all nodes have to be triangulated anew.
+    Facets stay, and those of the ``rim`` bound the domain. None where no node has left it, or where that cannot be
+    decided: then all nodes have to be triangulated anew.
     """
     lost = _outside(x, triangles, facets, rim)
     if lost is None or not lost.any() or all_of_rows(taken(lost, edges)).any():

@@ -141,7 +141,7 @@ def disjoint_patches(net: Net, bad: Integers) -> Patches:
 
 
 def disjoint_patches_in_numpy(net: Net, bad: Integers) -> Patches:
-    """Patches as of `disjoint_patches`, made in NumPy."""
+    """The patches of `disjoint_patches`, made in NumPy."""
     n, free = len(net.bubbles), _free(net)
     displaced, moving, used = np.zeros(n, bool), np.full(n, -1), np.zeros(n, bool)
     count = 0

@@ -51,7 +51,7 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
 
 
 def _pairs_by_classes(x: Floats, d: Floats, reach: float) -> Integers:
-    """Pairs as of `pairs_within`, by searches in NumPy and SciPy.
+    """The pairs of `pairs_within`, by searches in NumPy and SciPy.
 
     Points are sorted into classes of like spacing; each class searches itself and every finer one, so that the work
     stays proportional to the pairs however much d varies.

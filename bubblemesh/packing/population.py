@@ -250,13 +250,13 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
 def across_wide_corners(net: Net, gone: Booleans) -> Integers:
     """Edges (k, 2) inside the domain that face too wide an angle at a corner of the boundary.
 
-    One at which the boundary goes nearly straight on is none: cuts, seams, fronts of layers and coasts have many.
+    Where the boundary goes nearly straight on is no corner: cuts, seams, fronts of layers and coasts have many such.
     """
     return np.sort(facing_wide_corners(net, gone, lambda at, v: v / net.bubbles.d[at, None]), axis=1)
 
 
 def facing_wide_corners(net: Net, gone: Booleans, in_spacings: Callable[[Integers, Floats], Floats]) -> Integers:
-    """Edges (k, 2) as of `across_wide_corners`, by the angles and lengths where the spacing is 1 in all directions.
+    """The edges (k, 2) of `across_wide_corners`, by the angles and lengths where the spacing is 1 in all directions.
 
     The function takes vectors (m, 2) at bubbles (m,) to those there.
     """

@@ -9,7 +9,7 @@ from bubblemesh.records import record
 CONNECTING = 8.0  # cost in terms of a step of relaxation, as measured
 TOLD_AFTER = 2e3  # steps of a bubble, about a tenth of a millisecond: a watch takes time, too
 
-Watch = Callable[[float], None]  # is told, again and again, what share of the packing is done; may raise TimeUp
+Watch = Callable[[float], None]  # called again and again with the share of the packing that is done; may raise TimeUp
 
 
 class TimeUp(Exception):  # noqa: N818 - it ends the packing, but is no error
@@ -44,12 +44,12 @@ class Progress:
         self.add(0.0)
 
     def finish(self) -> None:
-        """Tell that all is done, whatever was expected; what the watch raises is of no concern any more."""
+        """Report that all is done, whatever was expected; a TimeUp of the watch comes too late and is ignored."""
         with suppress(TimeUp):
             self._watch(1.0)
 
     def add(self, work: float) -> None:
-        """Count so many steps of a bubble; TimeUp if the watch does, when it is told."""
+        """Count so many steps of a bubble; TimeUp if the watch raises it."""
         self._done = min(self._done + work, self._end)
         self._untold += work
         if self._untold >= TOLD_AFTER:

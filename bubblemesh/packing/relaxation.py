@@ -28,7 +28,7 @@ MOST_MOVE = 0.5  # spacings in a step; where d jumps, a large bubble has so many
 
 # Viscosities in some steps, of bubbles touched (n,) or not.
 Viscosities = Callable[[range, Booleans], list[Floats | float]]
-# Is told of some steps of so many bubbles.
+# Called with steps as they are made, and the number of bubbles.
 OnSteps = Callable[[range, int], None]
 
 

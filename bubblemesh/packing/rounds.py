@@ -52,8 +52,8 @@ def rounds(
     """Rounds of the method on each level; after the last change of population the packing is finished.
 
     The bubbles of the ``start`` are placed by the first of the levels' spacings, which go from the coarsest to the one
-    asked for. If the watch raises `TimeUp`, the bubbles are refined to the last spacing without more ado, and a last
-    round tells so.
+    asked for. If the watch raises `TimeUp`, the bubbles are refined to the last spacing without further rounds, but for
+    a last one that is marked as late.
     """
     random = method.perturbation.generator()
     stages = method.stages(len(levels), len(start))
@@ -92,7 +92,7 @@ def _rounds(packing: Packing, method: Method, stage: Stage, first: int) -> Itera
         moved = packing.move(stage, number, odd)
         # 2. Where they are too many some are deleted, and gaps are filled.
         inserted = packing.control()
-        # 3. The change of their number tells whether to stop, and whether the odd ones get their own viscosity.
+        # 3. The change of their number decides whether to stop, and whether the odd ones get their own viscosity.
         counts.append((before, len(packing.net.bubbles)))
         reason = method.termination(counts)
         if packing.lacks_many and len(counts) < MOST_ROUNDS:

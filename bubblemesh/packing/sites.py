@@ -154,7 +154,7 @@ class Sites:
 def _apart(points: Floats, room: Floats) -> Integers:
     """Numbers (k,) of points (m, 2) none of which is within the ``room`` (m,) of another one; the first are preferred.
 
-    A point that only one that is not taken stands in the way of may be left out as well.
+    A point may also be left out for another one near it that is left out itself.
     """
     if len(points) == 0:
         return np.zeros(0, np.int64)

@@ -82,5 +82,5 @@ class Settled(FixedRounds):
         before, after = counts[-1]
         if abs(before - after) <= self.tolerance * before:
             return f"population changed by at most {self.tolerance:.1%} in a round"
-        # Rounds are told with numbers that go on from level to level.
+        # Reports number the rounds on from level to level.
         return f"all {self.rounds} rounds of the last level done" if len(counts) >= self.rounds else None

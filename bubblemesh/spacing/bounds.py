@@ -89,7 +89,7 @@ class Bounds:
         raise NoBoundsError("array")
 
     def _known(self) -> "Bounds":
-        """The bounds with infinite ones where one is no number, so that no rule compares what is none."""
+        """The bounds with infinite ones where one is no number, so that no rule compares it."""
         if not np.isnan(self.low + self.high + self.slopes).any():
             return self
         slopes = np.where(np.isnan(self.slopes), np.inf, self.slopes)

@@ -105,7 +105,7 @@ class Expression:
         return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to, names, named, rasters)
 
     def measuring(self, distance_to: DistanceTo, rasters: Rasters | None = None) -> "Expression":
-        """Expression with values for its calls of the distance, and for rasters by names; CaseError as of `parse`."""
+        """Expression with values for its calls of the distance, and for rasters by names; same errors as `parse`."""
         return self._of(self.given, self.parameters, self._tree, distance_to, self.names, rasters)
 
     def __str__(self) -> str:
@@ -166,7 +166,7 @@ def constant(text: str, parameters: Mapping[str, float], dimension: Dimension | 
 
 
 def names_in(text: str) -> set[str]:
-    """Names that stand in an expression, also those of functions; CaseError as of `Expression.parse`."""
+    """Names that stand in an expression, also those of functions; same errors as `Expression.parse`."""
     return {node.id for node in ast.walk(parsed(text.strip())) if isinstance(node, ast.Name)}
 
 
@@ -193,7 +193,7 @@ class UnknownNameError(CaseError):
 
 
 def checked_parameters(parameters: Mapping[str, float]) -> Parameters:
-    """Parameters that expressions may name; CaseError as of `check_parameter_name`."""
+    """Parameters that expressions may name; same errors as `check_parameter_name`."""
     if isinstance(parameters, Parameters):
         return parameters
     for name in parameters:

@@ -112,7 +112,7 @@ class Spacing:
         return result
 
     def _between(self, corners: Floats) -> Floats:
-        """Spacing (m,) at the centroids of points (m, k, 2), as of `between`."""
+        """Spacing (m,) at the centroids of points (m, k, 2): see `between`."""
         d = self._values(reduce(np.add, np.moveaxis(corners, 1, 0)) / corners.shape[1])
         bad = np.flatnonzero(~_usable(d))
         if len(bad):
@@ -129,7 +129,7 @@ def _usable(d: Floats) -> Booleans:
 
 
 def require_positive(values: Floats, where: Callable[[int], str]) -> None:
-    """Refuse values (n,) that are no spacings; ``where`` tells the place of one by its number.
+    """Refuse values (n,) that are no spacings; ``where`` returns the place of a value, by its number, for the message.
 
     CaseError with the first such value and its place.
     """

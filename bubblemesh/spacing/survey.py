@@ -78,9 +78,14 @@ def ideal_nodes(
 ) -> float:
     """Number of nodes of a perfect packing.
 
-    It is the integral of 2 / (sqrt(3) d^2) over the area, plus half the integral of 1 / d along the boundary, plus
-    Euler's characteristic of the domain; ``tolerance`` is the relative accuracy of the integrals, which are
-    taken on a ``cover`` of the domain. LimitError if it is more than ``max_nodes``.
+    It is the sum of
+
+    - the integral of 2 / (sqrt(3) d^2) over the area,
+    - half the integral of 1 / d along the boundary,
+    - Euler's characteristic of the domain.
+
+    The integrals are taken on a ``cover`` of the domain, with the relative accuracy ``tolerance``. LimitError if the
+    number is more than ``max_nodes``.
     """
     cover = cover or Cover.of(domain)
     over_area = _integral(Triangles.of(cover, spacing), tolerance, max_nodes)
@@ -144,7 +149,7 @@ def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, 
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     best, value = start, float(spacing(start[None])[0])
     bounds = spacing.bounds_in(domain.bounds)
-    if bounds is not None and np.all(bounds.low >= value):  # as of what is constant, or least at a corner
+    if bounds is not None and np.all(bounds.low >= value):  # as where it is constant, or least at a corner
         return value, (float(best[0]), float(best[1]))
     reach = LARGEST_PART * domain.size
     for _ in range(HALVINGS):

@@ -33,7 +33,7 @@ FORBIDDEN: dict[type[ast.AST], str] = {
 def parsed(text: str) -> ast.expr:
     """Syntax tree of ``text``, of a quantity with a unit a name; columns count in characters of the text as one line.
 
-    CaseError if it is none; the message names the column and the part of the text.
+    CaseError if the text is no expression; the message names the column and the part of the text.
     """
     if not text:
         raise CaseError("the expression is empty: give a number or a formula in x and y")

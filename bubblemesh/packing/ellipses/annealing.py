@@ -94,7 +94,7 @@ class EllipseAnnealing(AnnealingCycles):
         return math.ceil(TIMES * self.by_size(bubbles))
 
     def sparing(self, calm: Calm) -> Self:
-        """The same annealing: the sizes of a metric do not tell where ellipses are in order."""
+        """The same annealing: the sizes of a metric do not show where ellipses are in order."""
         return self
 
 

@@ -78,7 +78,7 @@ class EllipsePacking:
     def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
         """Relax the ellipses; in the round that anneals they are displaced before, again and again.
 
-        What is told of the motion is the relaxation.
+        The motion that is returned is that relaxation, without the annealing.
         """
         if stage.annealing and number == 0:
             self._anneal()

@@ -44,7 +44,7 @@ class Lack(NamedTuple):
 
 @record
 class EllipseDefects(EdgeLimits):
-    """Deletion and insertion of ellipses where edges are too short or too long, and the area around tells the same."""
+    """Deletion and insertion of ellipses where edges are too short or too long, and the area around confirms it."""
 
     def __call__(self, ellipses: EllipseNet, spacing: MetricSpacing) -> Controlled:
         """The net with bubbles deleted and inserted, no two of them next to each other."""

@@ -156,7 +156,7 @@ def _groups(free: Booleans, edges: Integers) -> list[Integers]:
 
 
 def shape_measures(x: Floats, triangles: Integers, spacing: MetricSpacing) -> Floats:
-    """Shape measure (t,), as of `eta`, of triangles (t, 3) of nodes x (n, 2) in the metric at their centroids."""
+    """Shape measure `eta` (t,) of triangles (t, 3) of nodes x (n, 2) in the metric at their centroids."""
     corners = x[triangles]
     root = np.repeat(roots(spacing.at(corners.mean(axis=1))), 3, axis=0)
     return eta(mapped(root, corners.reshape(-1, 2)), np.arange(3 * len(triangles)).reshape(-1, 3))

@@ -63,7 +63,7 @@ def diffused_points(
 ) -> Floats:
     """Points (k, 2) for interior bubbles, by error diffusion over leaves of sides up to ``leaf`` spacings.
 
-    ``lacking`` tells what part (n,) of the bubbles of sizes d (n,) at points x (n, 2) is not there yet.
+    ``lacking`` returns the part (n,) of the bubbles of sizes d (n,) at points x (n, 2) that is not there yet.
     """
     diffusion = Diffusion(near_facets(shell, domain))
     cells = leaves_in_blocks(domain, spacing, leaf)
@@ -112,7 +112,7 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     held = domain.held
     given = np.bincount(held.piece, minlength=len(total))
     taken = np.zeros(len(total), bool)
-    # Else the spacing is that of a coarser level, which there are none of in a metric.
+    # Else the spacing is that of a coarser level; in a metric there are no such levels.
     enough = 0.0 if spacing.in_metric else HELD
     taken[held.pieces] = intervals[held.pieces] >= enough * (given[held.pieces] + 1)
     # A closed curve has a bubble at its start, an open piece a corner.
@@ -147,7 +147,7 @@ def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Flo
 
 
 def distance_to_facets(shell: Bubbles, domain: Domain, points: Floats, d: Floats) -> Floats:
-    """Distances (n,) of points (n, 2) to facets and embedded points, infinite beyond d (n,), as of `NearLines`."""
+    """Distances (n,) of points (n, 2) to facets and embedded points, infinite beyond d (n,): see `NearLines`."""
     return near_facets(shell, domain)(points, d)
 
 

@@ -12,7 +12,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 SAMPLE = 4.0  # spacings: the spacing is looked at in cells of that size
 MOST_CELLS = 20_000  # about, if the number of nodes is known
-EVEN = 0.005  # relative difference of spacings that is none
+EVEN = 0.005  # relative difference of spacings that counts as none
 LEAST_SHARE = 0.1  # of the bubbles
 
 

@@ -22,7 +22,7 @@ from bubblemesh.spacing.spacing import Spacing
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
-SAME = 0.03  # relative difference of sizes that is none
+SAME = 0.03  # relative difference of sizes that counts as none
 CALM = 0.05  # relative difference of sizes up to which the order is left as it is
 LEAF = 0.35  # spacings
 

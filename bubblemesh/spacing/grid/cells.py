@@ -95,7 +95,7 @@ def _blocks(
 def _parts(
     domain: Domain, spacing: Spacing, fraction: Fraction, level: int, cells: Integers, found: _Found
 ) -> Iterator[Leaves]:
-    """Leaves as of `_blocks`, of some of the cells after the others along the Hilbert curve."""
+    """The leaves of `_blocks`, of some of the cells after the others along the Hilbert curve."""
     keys = _keys(cells, level)
     order = np.argsort(keys)
     cuts = np.arange(0, len(cells), MOST_AT_ONCE // PARTS)[1:]

@@ -72,7 +72,7 @@ def _coarse(samples: Samples, longest: float) -> Booleans:
 
 
 def _error(d: Floats) -> Floats:
-    """Largest relative error (n,) of the values that samples (n, 9) at corners lead to, infinite where one is none."""
+    """Largest relative error (n,) of the values that samples (n, 9) at corners lead to, infinite if undefined."""
     with np.errstate(invalid="ignore", divide="ignore"):
         error = np.abs(d[:, CORNERS] @ BETWEEN.T / d[:, OTHERS] - 1).max(axis=1)
     return np.where(np.isfinite(d).all(axis=1) & (d > 0).all(axis=1), error, np.inf)

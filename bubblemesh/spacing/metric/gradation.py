@@ -7,7 +7,7 @@ from bubblemesh.kernels.tensors import lengths
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.tensors import intersected_at
 
-SETTLED = 1e-3  # relative change of the entries of a tensor that is none
+SETTLED = 1e-3  # relative change of the entries of a tensor that counts as none
 
 
 def graded(points: Floats, triangles: Integers, tensors: Floats, growth: float) -> Floats:

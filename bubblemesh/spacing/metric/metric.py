@@ -26,7 +26,7 @@ CORRECTIONS = 2  # of the length of such an edge
 # Functions with names travel to other processes.
 @record
 class AreaSizes:
-    """Diameters of circles of the same area as ellipses; NaN where these are none."""
+    """Diameters of circles of the same area as ellipses; NaN where the metric is not positive and finite."""
 
     ellipses: EllipsesAt
 

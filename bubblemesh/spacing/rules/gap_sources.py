@@ -33,7 +33,7 @@ def size_across(gaps: Gaps, spacing: Spacing) -> Floats:
 
 
 def surely_wide(walls: FacingWalls, spacing: Spacing, times: float = 1.0) -> bool:
-    """Whether bounds of a spacing tell that no gap between walls is as narrow as so many ``times`` the spacing."""
+    """Whether bounds of a spacing prove that no gap between walls is as narrow as so many ``times`` the spacing."""
     if walls.least_width == 0:
         return False
     bounds = spacing.bounds_in(walls.domain.bounds)

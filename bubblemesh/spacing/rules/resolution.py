@@ -97,8 +97,8 @@ def _largest_sides(samples: Samples, domain: Domain) -> Floats:
 def surely_slow(domain: Domain, spacing: Spacing, growth: float) -> bool:
     """Whether the spacing grows by at most ``growth`` per length for sure, as most do that grow so slowly.
 
-    Bounds of its function tell that of large cells. Only cells that have none, as around the root of zero, are sampled,
-    and divided until they resolve the spacing and their samples tell.
+    Bounds of its function show that for large cells. Only cells without bounds, as around the root of zero, are
+    sampled, and divided until they resolve the spacing, so that their samples show it.
     """
     grid = Quadtree.around(domain.bounds)
     for _ in range(GRID_LEVELS + 1):

@@ -24,7 +24,7 @@ from bubblemesh.spacing.rules.grading import (
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, curvature_sources, short_intervals, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
-ALIKE = 0.1  # relative difference of the spacings of both sides that is none: grading is no more exact
+ALIKE = 0.1  # relative difference of the spacings of both sides that counts as none: grading is no more exact
 ACROSS = 1.0  # spacings across narrow parts where no other number is asked for
 PASSES = 10  # across the sides: what comes in through one of them may leave through another one
 

@@ -134,7 +134,7 @@ def short_pieces(domain: Domain, spacing: Spacing, hidden: Floats | None = None)
 def coarse_curves(domain: Domain, spacing: Spacing, hidden: Floats | None = None) -> Sources:
     """Sources on curves that turn by more than `WIDEST_TURN` over the length of one spacing.
 
-    Those that are ``hidden``, as of `short_pieces`, are none.
+    Curves that are ``hidden``, as in `short_pieces`, get none.
     """
     tight = _tight(domain, spacing, WIDEST_TURN)
     if hidden is not None:

@@ -12,7 +12,7 @@ from bubblemesh.messages import place
 def numbers(given: Any, name: str, shape: tuple[int | None, ...] | None = None) -> Floats:
     """The numbers of an array, with NaN where a masked one hides them; in its ``shape`` any length may stand for None.
 
-    CaseError, which begins with the ``name``, if it is none, or of another shape.
+    CaseError, which begins with the ``name``, if these are no real numbers, or of another shape.
     """
     try:
         values = np.asarray(unmasked(given))
@@ -29,7 +29,7 @@ def numbers(given: Any, name: str, shape: tuple[int | None, ...] | None = None) 
 
 
 def places(given: Any) -> Floats:
-    """The points (n, 2); CaseError if they are none, or a coordinate is no number or a huge one."""
+    """The points (n, 2); CaseError if they have another shape, or a coordinate is no number or a huge one."""
     points = numbers(given, "points", (None, 2))
     bad = np.flatnonzero(~(np.abs(points) <= LARGEST_NUMBER).all(axis=1))
     if len(bad):
@@ -39,7 +39,7 @@ def places(given: Any) -> Floats:
 
 
 def cells_of(given: Any, triangles: int, cells: int) -> Integers:
-    """The number (t,) of the cell of each triangle; CaseError if they are none."""
+    """The number (t,) of the cell of each triangle; CaseError if one is missing, or no number of a cell."""
     numbered = np.asarray(given)
     if numbered.shape != (triangles,) or numbered.dtype.kind not in "iu":
         raise CaseError(f"cells: must be a whole number for each of {triangles} triangles (found {numbered.shape})")
@@ -49,7 +49,7 @@ def cells_of(given: Any, triangles: int, cells: int) -> Integers:
 
 
 def triangles_of(given: Any, nodes: int) -> Integers:
-    """The triangles (t, 3) of nodes from 0; CaseError if they are none, or have nodes that are not there."""
+    """The triangles (t, 3) of nodes from 0; CaseError for another shape or type, or for nodes that are not there."""
     triangles = np.asarray(given)
     if triangles.ndim != 2 or triangles.shape[1] != 3 or len(triangles) == 0 or triangles.dtype.kind not in "iu":
         raise CaseError(

@@ -29,7 +29,7 @@ def costly(term: Term | None) -> bool:
 class Combination:
     """A spacing d(x, y) made of terms."""
 
-    terms: tuple[Spacing, ...]  # the smallest value counts, and none where one is no number
+    terms: tuple[Spacing, ...]  # the smallest value counts; where one is no number, neither is the result
     scale: float = 1.0  # factor of that value
     minimum: float = 0.0  # of the product
     maximum: float = np.inf
@@ -45,7 +45,7 @@ class Combination:
         for term in self.terms:
             smallest = np.minimum(smallest, term.function(x, y))
         with np.errstate(invalid="ignore"):
-            # Limits must not make a spacing of what is none.
+            # Limits must not make a spacing of a value that is not positive.
             limited = np.clip(self.scale * smallest, self.minimum, self.maximum)
         return np.where(smallest > 0, limited, smallest)
 

@@ -47,9 +47,9 @@ class MeshField:
     def of_triangles(cls, points: Floats, triangles: Integers, values: Floats, cells: Integers | None = None) -> Self:
         """Field of values (t,) of the triangles, or (c,) of cells that they are parts of, averaged at the points.
 
-        ``cells`` (t,) tells which one each triangle is a part of. So that the number of bubbles stays the same, it is
-        1/d^2 that is averaged, by the area around each point. CaseError if the shapes do not fit, a value is not
-        positive and finite (the text names the cell's place), or no triangle has an area.
+        ``cells`` (t,) are the numbers of the cells that the triangles are parts of. So that the number of bubbles
+        stays the same, it is 1/d^2 that is averaged, by the area around each point. CaseError if the shapes do not
+        fit, a value is not positive and finite (the text names the cell's place), or no triangle has an area.
         """
 
         def where(cell: int) -> str:
@@ -132,6 +132,6 @@ def scattered(points: Floats, values: Floats) -> MeshField:
         raise CaseError("the points lie on a line, or are fewer than three: triangles between them are needed")
     try:
         triangles = Delaunay(centered / extent[0]).simplices
-    except QhullError as error:  # of these its first line tells enough
+    except QhullError as error:  # its first line says enough
         raise CaseError(f"the points cannot be triangulated: {str(error).splitlines()[0]}") from error
     return MeshField.of(apart, triangles.astype(np.int64), values[first])

@@ -75,7 +75,7 @@ class Raster:
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        """Box (x0, y0, x1, y1) of the pixels; without an end where there is only one, whose size nothing tells."""
+        """Box (x0, y0, x1, y1) of the pixels; without an end where there is only one, whose size is unknown."""
         (x0, x1), (y0, y1) = _reach(self.x), _reach(self.y)
         return x0, y0, x1, y1
 

@@ -273,7 +273,7 @@ def _numbered(functions: Iterable[Term]) -> Integers:
 def _each(x: Floats, y: Floats, number: Integers, function_of: Callable[[int], Term]) -> Floats:
     """Values (m,) at x (m,) and y (m,) of functions by their numbers (m,), each evaluated once.
 
-    ``function_of`` tells that of one of the points.
+    ``function_of`` returns the function of a point by the point's number.
     """
     values = np.empty(len(number))
     for each, first in zip(*np.unique(number, return_index=True), strict=True):
