@@ -246,7 +246,7 @@ class Annealer:
         after, last = self._relaxed(moved, net)
         return after, done.followed_by(last), len(speeds) + 1
 
-    def _relaxed(self, bubbles: Bubbles, before: Net | None = None) -> tuple[Net, Relaxed]:
+    def _relaxed(self, bubbles: Bubbles, before: Net) -> tuple[Net, Relaxed]:
         """Net and relaxation of bubbles that have been displaced from a net."""
         net = connect_within(bubbles, self.relaxer.domain, before)
         relaxed = self.relaxer(net, self.steps)

@@ -29,7 +29,7 @@ class Plateau:
         return np.abs(d / self.d - 1) <= EVEN
 
 
-def plateaus(domain: Domain, spacing: Spacing, expected_nodes: float = 0.0) -> tuple[Plateau, ...]:
+def plateaus(domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Plateau, ...]:
     """The spacings that a tenth of the bubbles or more have, the most frequent first.
 
     If very many nodes are expected, the spacing is looked at in larger cells.

@@ -10,12 +10,12 @@ from bubblemesh.spacing.spacing import Spacing
 STRIP = Domain.of(rings.rectangle(0, 0, 2, 1))
 
 
-def found(function, **keywords):
-    return plateaus(STRIP, Spacing(function, 0.001), **keywords)
+def found(function, expected_nodes=0.0):
+    return plateaus(STRIP, Spacing(function, 0.001), expected_nodes)
 
 
 def test_an_even_spacing_is_one_plateau():
-    (plateau,) = plateaus(STRIP, uniform(0.02))
+    (plateau,) = plateaus(STRIP, uniform(0.02), 0.0)
     assert (plateau.d, plateau.share) == (0.02, pytest.approx(1))
     assert plateau.bubbles == pytest.approx(2 / (0.02**2 * np.sqrt(3) / 2), rel=0.02)
 
@@ -58,4 +58,4 @@ def test_plateaus_are_seen_in_larger_cells_if_very_many_nodes_are_expected():
 
 
 def test_a_domain_thinner_than_the_cells_has_none():
-    assert plateaus(Domain.of(rings.rectangle(0, 0, 2, 0.001)), uniform(0.05)) == ()
+    assert plateaus(Domain.of(rings.rectangle(0, 0, 2, 0.001)), uniform(0.05), 0.0) == ()
