@@ -1,11 +1,21 @@
 """Nodes on the edges of cells of second order: on the true curves, except where a cell would fold over."""
 
+from dataclasses import replace
 from math import comb
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import CaseError
+from bubblemesh.meshes.edges import edge_keys, find_keys, numbered_edges
+from bubblemesh.meshes.metric import at_centroids
 from bubblemesh.meshes.quads import quadrilaterals
+
+if TYPE_CHECKING:
+    from bubblemesh.meshes.mesh import Mesh
+
+M = TypeVar("M", bound="Mesh")
 
 # Control points of a quadratic curve by its nodes at the start, in the middle and at the end.
 CONTROL = np.array([[1, 0, 0], [-0.5, 2, -0.5], [0, 0, 1]])
@@ -16,6 +26,37 @@ GRID = np.array([[0, 7, 3], [4, 8, 6], [1, 5, 2]])
 PRODUCT = np.array(
     [[[comb(1, i) * comb(2, j) / comb(3, k) * (i + j == k) for j in range(3)] for i in range(2)] for k in range(4)]
 )
+
+
+def in_second_order(mesh: M) -> tuple[M, int]:
+    """The mesh with a node on each edge, and the number of curved edges that stay straight; see `Mesh.second_order`."""
+    if mesh.order == 2:
+        return mesh, 0
+    corners, n = mesh.triangles, len(mesh.points)
+    edges, of_triangle = numbered_edges(corners)
+    keys = edge_keys(edges, n)
+    facets, others = (
+        find_keys(keys, edge_keys(np.sort(pairs[:, :2], axis=1), n)) for pairs in (mesh.facets, mesh.curved_edges)
+    )
+    if (others < 0).any():
+        raise CaseError(f"curved_edges: the nodes {mesh.curved_edges[np.argmin(others)].tolist()} have no edge")
+    straight = mesh.points[edges].mean(axis=1)
+    curved = straight.copy()
+    curved[others] = mesh.curved_middles
+    curved[facets] = mesh.facet_middles
+    numbered = np.hstack([corners, of_triangle])
+    middles, kept_straight = without_folds(mesh.points, numbered, mesh.quads, straight, curved)
+    triangles = np.hstack([corners, n + of_triangle])
+    result = replace(
+        mesh,
+        points=np.vstack([mesh.points, middles]),
+        triangles=triangles,
+        facets=np.column_stack([mesh.facets[:, :2], n + facets]),
+        depth=np.append(mesh.depth, mesh.depth[edges].mean(axis=1)) if len(mesh.depth) else mesh.depth,
+        metric=np.vstack([mesh.metric, at_centroids(edges, mesh.metric)]) if len(mesh.metric) else mesh.metric,
+        partition=None if mesh.partition is None else mesh.partition.with_nodes(triangles),
+    )
+    return result, int(kept_straight.sum())
 
 
 def without_folds(

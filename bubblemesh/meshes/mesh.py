@@ -6,30 +6,21 @@ from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, different_rows, unmasked
-from bubblemesh.errors import CaseError, MeshWarning
-from bubblemesh.meshes.edge_nodes import with_diagonals, without_folds
-from bubblemesh.meshes.edges import edge_keys, find_keys, find_sides, numbered_edges
-from bubblemesh.meshes.metric import at_centroids, measures_of
+from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.errors import MeshWarning
+from bubblemesh.meshes.edge_nodes import in_second_order, with_diagonals
+from bubblemesh.meshes.edges import find_sides
+from bubblemesh.meshes.mapping import mapped
+from bubblemesh.meshes.metric import measures_of
 from bubblemesh.meshes.partition import Partition
-from bubblemesh.meshes.quads import Cells, cells_of, require_pairs
-from bubblemesh.meshes.quality import Shape, shape_quality, signed_areas
+from bubblemesh.meshes.periodic import PeriodicSides, periodic_sides
+from bubblemesh.meshes.quads import Cells, cell_numbers, cell_sides, cells_of, require_pairs
+from bubblemesh.meshes.quality import Shape, shape_quality
 from bubblemesh.records import record
-
-ROUNDING = 1e-9  # of a shift: a component below this share of it counts as 0
-
-
-class PeriodicSides(NamedTuple):
-    """Two sides, by their labels, of which the second is the first one moved to the right, or else upwards."""
-
-    first: int
-    second: int
-    shift: Floats  # (2,) from the first side to the second
-    nodes: Integers  # (k, 2) of the first side, and their counterparts on the second
 
 
 @record(eq=False)
@@ -142,11 +133,7 @@ class Mesh:
     @cached_property
     def cell_numbers(self) -> Integers:
         """Number (t,) of the cell that each triangle is, or is half of, among all `cells` in their order."""
-        number, before = np.zeros(len(self.triangles), np.int64), 0
-        for nodes, triangles in self.cells:
-            number[triangles] = before + np.arange(len(nodes))[:, None]
-            before += len(nodes)
-        return number
+        return cell_numbers(self.cells, len(self.triangles))
 
     @cached_property
     def sides(self) -> Integers:
@@ -156,14 +143,7 @@ class Mesh:
     @cached_property
     def cell_sides(self) -> Integers:
         """Cell (as in `cell_numbers`) and number of its side (as in `sides`), (f, 2), on whose left each facet lies."""
-        triangle, side = self.sides.T
-        cell, side = np.where(triangle < 0, -1, self.cell_numbers[triangle]), side.copy()
-        for nodes, triangles in self.cells:
-            if triangles.shape[1] == 2:
-                before = self.cell_numbers[triangles[0, 0]]
-                here = np.flatnonzero((cell >= before) & (cell < before + len(nodes)))
-                side[here] = np.argmax(nodes[cell[here] - before, :4] == self.facets[here, :1], axis=1)
-        return np.column_stack([cell, side])
+        return cell_sides(self.cells, self.cell_numbers, self.sides, self.facets)
 
     @cached_property
     def outer(self) -> Booleans:
@@ -175,22 +155,7 @@ class Mesh:
     @cached_property
     def periodic_sides(self) -> tuple[PeriodicSides, ...]:
         """Pairs of sides whose nodes match, by their labels."""
-        if len(self.periodic) == 0:
-            return ()
-        labels, which = np.unique(self.facet_labels[self.periodic], axis=0, return_inverse=True)
-        return tuple(self._matching(a, b, self.periodic[which == k]) for k, (a, b) in enumerate(labels.tolist()))
-
-    def _matching(self, first: int, second: int, pairs: Integers) -> PeriodicSides:
-        """The two sides with the given labels, from the matching pairs (p, 2) of their facets."""
-        here, there = self.facets[pairs[:, 0]], self.facets[pairs[:, 1]].copy()
-        there[:, :2] = there[:, 1::-1]
-        nodes, _ = different_rows(np.column_stack([here.ravel(), there.ravel()]))
-        shift = (self.points[nodes[:, 1]] - self.points[nodes[:, 0]]).mean(axis=0)
-        shift[np.abs(shift) < ROUNDING * np.abs(shift).max()] = 0
-        if tuple(shift) > (0, 0):
-            return PeriodicSides(first, second, shift, nodes)
-        # All pairs have the same direction, so that chains of counterparts, as at the corners of a hexagon, end.
-        return PeriodicSides(second, first, 0 - shift, nodes[:, ::-1])
+        return periodic_sides(self.points, self.facets, self.facet_labels, self.periodic)
 
     def second_order(self) -> tuple[Self, int]:
         """The mesh of second order, with a node on each edge, and the number of curved edges that had to stay straight.
@@ -199,33 +164,7 @@ class Mesh:
         farther than a flat cell can follow, the edge stays straight. A mesh of second order is returned as it is.
         CaseError if one of the ``curved_edges`` is not an edge.
         """
-        if self.order == 2:
-            return self, 0
-        corners, n = self.triangles[:, :3], len(self.points)
-        edges, of_triangle = numbered_edges(corners)
-        keys = edge_keys(edges, n)
-        facets, others = (
-            find_keys(keys, edge_keys(np.sort(pairs[:, :2], axis=1), n)) for pairs in (self.facets, self.curved_edges)
-        )
-        if (others < 0).any():
-            raise CaseError(f"curved_edges: the nodes {self.curved_edges[np.argmin(others)].tolist()} have no edge")
-        straight = self.points[edges].mean(axis=1)
-        curved = straight.copy()
-        curved[others] = self.curved_middles
-        curved[facets] = self.facet_middles
-        numbered = np.hstack([corners, of_triangle])
-        middles, kept_straight = without_folds(self.points, numbered, self.quads, straight, curved)
-        triangles = np.hstack([corners, n + of_triangle])
-        result = replace(
-            self,
-            points=np.vstack([self.points, middles]),
-            triangles=triangles,
-            facets=np.column_stack([self.facets[:, :2], n + facets]),
-            depth=np.append(self.depth, self.depth[edges].mean(axis=1)) if len(self.depth) else self.depth,
-            metric=np.vstack([self.metric, at_centroids(edges, self.metric)]) if len(self.metric) else self.metric,
-            partition=None if self.partition is None else self.partition.with_nodes(triangles),
-        )
-        return result, int(kept_straight.sum())
+        return in_second_order(self)
 
     def mapped(self, function: Callable[[Floats], Floats]) -> Self:
         """The mesh with all of its points (n, 2) mapped by a function, for instance to another coordinate system.
@@ -234,25 +173,7 @@ class Mesh:
         which belong to the old places. CaseError if the function does not return a finite place for each point, or
         mirrors some of the triangles only.
         """
-        result = replace(
-            self,
-            points=_moved(self.points, function),
-            facet_middles=_moved(self.facet_middles, function),
-            curved_middles=_moved(self.curved_middles, function) if len(self.curved_middles) else self.curved_middles,
-            metric=self.metric[:0],
-            fields={},
-        )
-        turned = signed_areas(result.points, result.triangles) < 0
-        if turned.any() and not turned.all():
-            raise CaseError(f"function: turns {turned.sum()} of {len(turned)} triangles over: move all of them alike")
-        return result._turned() if turned.any() else result
-
-    def _turned(self) -> Self:
-        """The mesh with triangles and facets reversed."""
-        order = self.triangles.shape[1] // 3
-        triangles = self.triangles[:, [0, 2, 1, 5, 4, 3][: 3 * order]]
-        partition = None if self.partition is None else self.partition.with_nodes(triangles)
-        return replace(self, triangles=triangles, facets=self.facets[:, [1, 0, 2][: 1 + order]], partition=partition)
+        return mapped(self, function)
 
     def in_triangles(self) -> Self:
         """The mesh without quadrilaterals: their halves are plain triangles.
@@ -318,17 +239,9 @@ class Mesh:
 
         Points have two ``columns``, or three, the last of which is 0, as formats of VTK and Gmsh need them.
         """
-        from bubblemesh.meshfiles.libraries import in_space
-        from bubblemesh.meshfiles.write.gmsh import as_meshio
+        from bubblemesh.meshfiles.libraries import to_meshio
 
-        if columns not in (2, 3):
-            raise CaseError(f"columns: must be 2 or 3 (found {columns!r})")
-        result = as_meshio(self)
-        result.points = self.points if columns == 2 else in_space(self.points)
-        ids = result.cell_data["gmsh:physical"]
-        for name, (tag, _) in result.field_data.items():
-            result.cell_sets[name] = [np.flatnonzero(of_block == tag) for of_block in ids]
-        return result
+        return to_meshio(self, columns)
 
     def to_pyvista(self) -> Any:
         """A `pyvista.UnstructuredGrid` of the `cells` and, after them, of the labelled edges.
@@ -402,22 +315,13 @@ class Mesh:
         FileError
             If the picture cannot be written.
         """
-        from bubblemesh.pictures.colouring import data_of
-        from bubblemesh.pictures.plots import draw_into, draw_mesh, mesh_figure
-        from bubblemesh.pictures.styles import plot_options
+        from bubblemesh.pictures.python import plotted
 
-        shown = plot_options({"color": color, "title": title, "style": style, **options})
-        data = data_of(self, fields)
-        if ax is not None:
-            if path is not None:
-                raise CaseError("path: ax is drawn into a figure of your own: write that one by its savefig")
-            draw_into(ax, self, shown, data)
-            return ax.figure
-        return mesh_figure(self, shown, data) if path is None else draw_mesh(self, Path(path), shown, data)
+        return plotted(self, path, ax, fields, {"color": color, "title": title, "style": style, **options})
 
     def _repr_html_(self) -> str:
         """HTML that notebooks show: a picture of the mesh above its figures."""
-        from bubblemesh.pictures.thumbnail import thumbnail
+        from bubblemesh.pictures.python import thumbnail
 
         return thumbnail(self)
 
@@ -438,23 +342,6 @@ class Mesh:
         FileError
             If a file cannot be written; then nothing is written.
         """
-        from bubblemesh.meshfiles.writing import write_alone, write_file
+        from bubblemesh.meshfiles.writing import write_mesh
 
-        measures = measures_of(self.points, self.triangles[:, :3], self.fields)
-        fields = {**self.fields, "quality": measures.radius_ratios}
-        if not sidecars:
-            return write_alone(self, fields, Path(path))
-        figures = {"nodes": len(self.points), "triangles": len(self.triangles), "quality": self.quality()}
-        return list(write_file(self, fields, figures, Path(path))["files"])
-
-
-def _moved(points: Floats, function: Callable[[Floats], Floats]) -> Floats:
-    """Points (n, 2) mapped by a function; CaseError if it does not return such an array of finite numbers."""
-    given = np.asarray(unmasked(function(points)))
-    if given.dtype.kind not in "iuf" or given.shape != points.shape:
-        found = f"an array of {given.dtype}, of the shape {given.shape}"
-        raise CaseError(f"function: must give a place (n, 2) for each point, here {points.shape} (found {found})")
-    bad = np.flatnonzero(~np.isfinite(given).all(axis=1))
-    if len(bad):
-        raise CaseError(f"function: gives no finite place for the point {points[bad[0]].tolist()}")
-    return given.astype(float)
+        return write_mesh(self, Path(path), sidecars=sidecars)

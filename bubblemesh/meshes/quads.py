@@ -1,5 +1,6 @@
 """Quadrilaterals: pairs of triangles of a mesh that share an edge, their diagonal, and cells cut into such pairs."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,39 @@ def cells_of(triangles: Integers, quads: Integers) -> tuple[Cells, ...]:
     rest = np.flatnonzero(whole)
     found = (Cells(triangles[rest], rest[:, None]), Cells(quadrilaterals(triangles, quads), quads))
     return tuple(cells for cells in found if len(cells.nodes))
+
+
+def cell_numbers(cells: Sequence[Cells], count: int) -> Integers:
+    """Number (t,) of the cell that each of so many triangles is, or is half of, among all cells in their order."""
+    number, before = np.zeros(count, np.int64), 0
+    for nodes, triangles in cells:
+        number[triangles] = before + np.arange(len(nodes))[:, None]
+        before += len(nodes)
+    return number
+
+
+def cell_sides(cells: Sequence[Cells], numbers: Integers, sides: Integers, facets: Integers) -> Integers:
+    """Cell and number of its side, (f, 2), on whose left each facet lies.
+
+    Parameters
+    ----------
+    cells
+        Blocks of cells.
+    numbers : (t,)
+        Cell of each triangle, as in `cell_numbers`.
+    sides : (f, 2)
+        Triangle and side on whose left each facet lies, -1 for none.
+    facets : (f, 2) or (f, 3)
+        Node indices of the facets.
+    """
+    triangle, side = sides.T
+    cell, side = np.where(triangle < 0, -1, numbers[triangle]), side.copy()
+    for nodes, triangles in cells:
+        if triangles.shape[1] == 2:
+            before = numbers[triangles[0, 0]]
+            here = np.flatnonzero((cell >= before) & (cell < before + len(nodes)))
+            side[here] = np.argmax(nodes[cell[here] - before, :4] == facets[here, :1], axis=1)
+    return np.column_stack([cell, side])
 
 
 def quadrilaterals(triangles: Integers, quads: Integers) -> Integers:

@@ -2,12 +2,12 @@
 
 from importlib import import_module
 from inspect import signature
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.errors import FileError
+from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import measures_of
@@ -39,6 +39,24 @@ def library(name: str) -> Any:
 def in_space(points: Floats) -> Floats:
     """Points (n, 3) with a height of 0."""
     return np.pad(points, ((0, 0), (0, 1)))
+
+
+def to_meshio(mesh: Mesh, columns: Literal[2, 3]) -> Any:
+    """A `meshio.Mesh` of the cells, with labels, regions and labelled points as cell sets, and with Gmsh's ids.
+
+    Points have two or three ``columns``, the last of which is 0; another number is a CaseError.
+    """
+    # Imported here, as for all libraries: it loads meshio.
+    from bubblemesh.meshfiles.write.gmsh import as_meshio
+
+    if columns not in (2, 3):
+        raise CaseError(f"columns: must be 2 or 3 (found {columns!r})")
+    result = as_meshio(mesh)
+    result.points = mesh.points if columns == 2 else in_space(mesh.points)
+    ids = result.cell_data["gmsh:physical"]
+    for name, (tag, _) in result.field_data.items():
+        result.cell_sets[name] = [np.flatnonzero(of_block == tag) for of_block in ids]
+    return result
 
 
 def to_pyvista(mesh: Mesh) -> Any:

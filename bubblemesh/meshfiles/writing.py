@@ -10,6 +10,7 @@ from typing import Any, BinaryIO
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import LONGEST_FILE_NAME, bytes_of_name, temporary_folder, unwritten
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.metric import measures_of
 from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.meshfiles.formats import (
     format_named,
@@ -113,6 +114,16 @@ def file_names(
     meshes = [stem + end for form, stem in stems(name, formats) for end in format_named(form).ends(parts)]
     meshes[:1] = meshes[:1] if ending is None else [name + ending]
     return _checked(name, [*meshes, *(name + end for end in (*tables, _REPORT))])
+
+
+def write_mesh(mesh: Mesh, path: Path, *, sidecars: bool) -> list[str]:
+    """Write a mesh with its fields and its quality, and return the names of the files; see `Mesh.write`."""
+    measures = measures_of(mesh.points, mesh.triangles[:, :3], mesh.fields)
+    fields = {**mesh.fields, "quality": measures.radius_ratios}
+    if not sidecars:
+        return write_alone(mesh, fields, path)
+    figures = {"nodes": len(mesh.points), "triangles": len(mesh.triangles), "quality": mesh.quality()}
+    return list(write_file(mesh, fields, figures, path)["files"])
 
 
 def write_file(mesh: Mesh, fields: Fields, report: Mapping[str, Any], path: Path) -> dict[str, Any]:
