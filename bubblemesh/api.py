@@ -22,6 +22,7 @@ from bubblemesh.problem.python.spacing import SpacingLike, spacing_of
 from bubblemesh.problem.python.task import MAX_NODES, MeshOptions
 from bubblemesh.problem.spacing import with_areas_below, with_metrics
 from bubblemesh.problem.values import values_of
+from bubblemesh.run.packing import RunOptions
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem, require_case
 from bubblemesh.run.report import RoundRow
 
@@ -110,7 +111,7 @@ def mesh(
     options = MeshOptions(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
     with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"), own_places():
         told = in_steps(progress)
-        result = mesh_problem(_problem(drawing, spacing, options), on_share=told)
+        result = mesh_problem(_problem(drawing, spacing, options), RunOptions(on_share=told))
         if result.verdict is not None:
             raise result.verdict
     told(1.0)

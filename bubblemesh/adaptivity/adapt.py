@@ -38,7 +38,7 @@ from bubblemesh.problem.spacing import SpacingRequest, held_request
 from bubblemesh.problem.task import task_of
 from bubblemesh.process.limits import timed
 from bubblemesh.records import record
-from bubblemesh.run.packing import OnRound, OnShare
+from bubblemesh.run.packing import OnRound, OnShare, RunOptions
 from bubblemesh.run.pipeline import Result, mesh_problem
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.metric.field import TensorField
@@ -142,7 +142,7 @@ def _adapted(
         "expected_relative_error": expected / max(estimate.solution, TINY),
         **start,
     }
-    return mesh_problem(problem, on_round, on_share, adaptation)
+    return mesh_problem(problem, RunOptions(on_round, on_share), adaptation)
 
 
 def _next_problem(

@@ -15,6 +15,7 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.process.resources import forget_peak_memory
 from bubblemesh.records import record
 from bubblemesh.run.destination import Destination
+from bubblemesh.run.packing import RunOptions
 from bubblemesh.run.pipeline import mesh_problem
 from bubblemesh.workers.workers import Tell
 
@@ -85,7 +86,7 @@ def _mesh(job: BatchJob, tell: Tell) -> Outcome:
 def _made(job: BatchJob, tell: Tell) -> Outcome:
     with local_copies(job.files):
         problem = prepare(job.case)
-    result = mesh_problem(problem, lambda row: tell((job.number, row.round, row.nodes_after)))
+    result = mesh_problem(problem, RunOptions(lambda row: tell((job.number, row.round, row.nodes_after))))
     with temporary_folder() as folder:
         report = replace(job.destination, folder=folder, lasting=False).deliver(result)
         files = {name: (folder / name).read_bytes() for name in report["files"]}

@@ -1,8 +1,7 @@
 """The command `run`: to mesh a case."""
 
 from contextlib import ExitStack
-from functools import partial
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,6 +25,10 @@ from bubblemesh.cli.options import (
 from bubblemesh.cli.stdio import mesh_stream
 from bubblemesh.errors import CaseError
 from bubblemesh.workers.choice import crew_for
+
+if TYPE_CHECKING:
+    from bubblemesh.run.packing import OnRound, OnShare
+    from bubblemesh.run.pipeline import Result, SlicedResult
 
 
 @with_overrides
@@ -61,6 +64,7 @@ def run(
     with ExitStack() as outlasting, crew_for(loaded.parts, jobs, cluster, warn, at_once=not dry_run) as crew:
         from bubblemesh.run import pipeline
         from bubblemesh.run.output import OutputOptions, place_of
+        from bubblemesh.run.packing import RunOptions
         from bubblemesh.run.part_store import parts_kept
 
         stream = mesh_stream(output, as_json)
@@ -71,7 +75,10 @@ def run(
             show_preview(shown, case, picture, as_json, quiet)
             return
         keeping = outlasting.enter_context(parts_kept(loaded, place, resume, shared=cluster is None))
-        meshing = partial(pipeline.mesh_case_in_slices, shown, keeping, crew=crew)
+
+        def meshing(on_round: "OnRound", on_share: "OnShare") -> "Result | SlicedResult":
+            return pipeline.run_case(shown, RunOptions(on_round, on_share, crew, keeping))
+
         deliver(meshing, loaded, case, place, as_json, quiet)
 
 

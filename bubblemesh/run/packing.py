@@ -1,6 +1,6 @@
 """The packing of a problem, in one piece or in parts, as long as the run's time limit leaves time to finish it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -11,8 +11,8 @@ from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
 from bubblemesh.packing.rounds import Round, rounds
-from bubblemesh.parts.store import Keeping
-from bubblemesh.parts.work import Crew, Deadline, Figures, Record, Terms
+from bubblemesh.parts.store import IN_MEMORY, Keeping
+from bubblemesh.parts.work import Crew, Deadline, Figures, Record, Terms, alone
 from bubblemesh.problem.problem import Problem
 from bubblemesh.process.limits import enter, time_left, timed
 from bubblemesh.process.resources import WorkClock
@@ -30,6 +30,52 @@ OnRound = Callable[[RoundRow], None]
 OnShare = Callable[[float], None]
 
 
+@record(eq=False)
+class RunOptions:
+    """Who does the work of a run, and who follows it.
+
+    Attributes
+    ----------
+    on_round : callable
+        Called with each round as it ends.
+    on_share : callable
+        Called again and again with the share of the packing that is done.
+    crew : Crew
+        Packs the parts, if the case asks for any.
+    keeping : Keeping
+        Where parts are kept; if that is in files, the mesh may stay in them.
+    """
+
+    on_round: OnRound = lambda row: None
+    on_share: OnShare = lambda share: None
+    crew: Crew = alone
+    keeping: Keeping = IN_MEMORY
+
+
+@record
+class CutShort:
+    """A packing, or its refinement, that was ended by the time limit."""
+
+    limit: float | None  # seconds
+    share: float  # of the packing that was done
+    refining: bool = False  # whether the packing was at its end, and was refined
+
+    @property
+    def reason(self) -> str:
+        """Why it ended."""
+        return _reason(self.limit)
+
+    @property
+    def warning(self) -> str:
+        """Warning on what the limit did to the mesh."""
+        if self.refining:
+            return f"{self.reason} ended the refinement for angle_min, largest or overconstrained: the mesh is valid"
+        return (
+            f"{self.reason} ended the packing at about {self.share:.0%}: the mesh is valid, but less good than it "
+            "could be"
+        )
+
+
 @dataclass
 class Clock:
     """A watch that ends a packing, or its refinement, while there is time to finish it, and hands on the share done."""
@@ -38,15 +84,14 @@ class Clock:
     reserve: float  # seconds that what follows takes
     on_share: OnShare
     share: float = 0.0
-    over: bool = False
-    refining: bool = False  # the packing is at its end, and is refined
+    over: bool = False  # whether it has ended anything
 
     def __call__(self, share: float) -> None:
         """Note the share that is done; TimeUp if the time is over."""
         self.tell(share)
         if time_left() < self.reserve:
             self.over = True
-            raise TimeUp(self.reason)
+            raise TimeUp(_reason(self.limit))
 
     def tell(self, share: float) -> None:
         """Hand on the share that is done; that which is told last while there is time is what a limit left."""
@@ -54,22 +99,18 @@ class Clock:
             self.share = share
         self.on_share(share)
 
-    @property
-    def reason(self) -> str:
-        """Why a packing or its refinement ends at the limit."""
-        return f"the time limit of {self.limit:g} s"
+    def deadline(self, slowness: float) -> Deadline:
+        """When others have to end; what follows takes so many times as long as was known before."""
+        self.reserve *= slowness
+        return Deadline.within(time_left() - self.reserve)
 
-    @property
-    def warnings(self) -> list[str]:
-        """Warning on what the limit did to the mesh, if it was met."""
-        if not self.over:
-            return []
-        if self.refining:
-            return [f"{self.reason} ended the refinement for angle_min, largest or overconstrained: the mesh is valid"]
-        return [
-            f"{self.reason} ended the packing at about {self.share:.0%}: the mesh is valid, but less good than it "
-            "could be"
-        ]
+    def cut_short(self, *, refining: bool = False) -> CutShort:
+        """What the limit has ended."""
+        return CutShort(self.limit, self.share, refining)
+
+
+def _reason(limit: float | None) -> str:
+    return f"the time limit of {limit:g} s"
 
 
 @record
@@ -85,8 +126,8 @@ class PackedProblem:
     speeds: tuple[Floats, ...]
     packed: "Net | Parted"
     stop_reason: str | None
-    clock: Clock
-    seconds: dict[str, float]
+    cut_short: CutShort | None  # if the time limit ended it
+    seconds: Mapping[str, float]
     refined: Refined | None = None  # if there are demands on each triangle
     parts: PartsRow | None = None  # if it was packed in parts
 
@@ -107,25 +148,34 @@ def scale_of(problem: Problem) -> float:
     return 1.0 if problem.node_target is None else problem.node_target.scale
 
 
-def pack(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> PackedProblem:
+def pack(problem: Problem, options: RunOptions) -> PackedProblem:
     """Pack a problem, in parts if the task asks for them, which stay where they are kept if they may."""
-    whole = problem.task.parts == 1
-    packing = _whole(problem, on_round, on_share) if whole else _in_parts(problem, on_round, on_share, crew, keeping)
-    if not problem.demands:
-        return packing
-    assert isinstance(packing.packed, Net)
+    packing, clock = _whole(problem, options) if problem.task.parts == 1 else _in_parts(problem, options)
+    return _refined(packing, replace(clock, over=False)) if problem.demands else packing
+
+
+def _refined(packing: PackedProblem, clock: Clock) -> PackedProblem:
+    """The packing with the nodes that the demands on each triangle take."""
+    problem, seconds, cut_short = packing.problem, dict(packing.seconds), packing.cut_short
+    assert isinstance(packing.packed, Net)  # demands need all of it at once
     enter("refinement")
-    clock = packing.clock
-    clock.refining = not clock.over
-    with timed(packing.seconds, "refinement"):
-        demanded = Refinement(problem.packed_domain, problem.packing_spacing, problem.demands)
-        refined = demanded(packing.packed, clock)
-    stop_reason = clock.reason if clock.over else packing.stop_reason
-    return replace(packing, packed=refined.net, refined=refined, stop_reason=stop_reason)
+    with timed(seconds, "refinement"):
+        refinement = Refinement(problem.packed_domain, problem.packing_spacing, problem.demands)
+        refined = refinement(packing.packed, clock)
+    if cut_short is None and clock.over:
+        cut_short = clock.cut_short(refining=True)
+    return replace(
+        packing,
+        packed=refined.net,
+        refined=refined,
+        stop_reason=packing.stop_reason if cut_short is None else cut_short.reason,
+        cut_short=cut_short,
+        seconds=seconds,
+    )
 
 
-def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> PackedProblem:
-    """Place bubbles and run the rounds of the method."""
+def _whole(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]:
+    """Place bubbles and run the rounds of the method; and the clock that watched them."""
     task, domain, method, seconds = problem.task, problem.packed_domain, problem.method, dict(problem.seconds)
     work = WorkClock()
     with timed(seconds, "placement"):
@@ -133,42 +183,47 @@ def _whole(problem: Problem, on_round: OnRound, on_share: OnShare) -> PackedProb
         levels, start = method.started(domain, table, problem.packed_nodes, task.max_nodes)
         first = Figures.of(start, connect(start, domain).triangles, levels[0])
     rows, speeds = list[RoundRow](), list[Floats]()
-    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * work.slowness(), on_share)
+    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * work.slowness(), options.on_share)
     with timed(seconds, "packing"):
         last_end = perf_counter()
         last: Round | None = None
         for done in rounds(start, domain, levels, method, clock):
             rows.append(RoundRow.of(done, perf_counter() - last_end, problem.spacing))
             speeds.append(done.speeds)
-            on_round(rows[-1])
+            options.on_round(rows[-1])
             last_end, last = perf_counter(), done if done.stop_reason is not None else None
             del done  # or its net, which takes most of the memory, stays while the next round makes its own
     assert last is not None  # the last round tells why it is
-    clock.over = last.late  # not where the time was over as the packing was finished
-    return PackedProblem(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, clock, seconds)
+    cut_short = clock.cut_short() if last.late else None  # not where the time was over as the packing was finished
+    packing = PackedProblem(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, cut_short, seconds)
+    return packing, clock
 
 
-def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew, keeping: Keeping) -> PackedProblem:
-    """Pack parts side by side, if it is worth several; each, and each pass over the seams, is told of as a round."""
+def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]:
+    """Pack parts side by side, if it is worth several; and the clock that watched them.
+
+    Each part, and each pass over the seams, is reported as a round.
+    """
     # Imported here since few meshes have parts.
     from bubblemesh.parts.pipeline import enough_parts, packed_in_parts
     from bubblemesh.parts.workshop import Workshop
 
     parts = problem.task.parts or enough_parts(problem.packed_nodes)
     if parts == 1:
-        return _whole(problem, on_round, on_share)
+        return _whole(problem, options)
     if parts > problem.packed_nodes:
         with at_key("parts"):
             raise CaseError(f"about {problem.packed_nodes:.0f} nodes are too few for {parts} parts: ask for fewer")
-    task, seconds, stay = problem.task, dict(problem.seconds), keeping.in_slices and not problem.needs_all_at_once
+    task, seconds, keeping = problem.task, dict(problem.seconds), options.keeping
+    stay = keeping.in_slices and not problem.needs_all_at_once
     rows, records, work = list[RoundRow](), list[Record](), WorkClock()
 
     def on_done(record: Record) -> None:
         records.append(record)
         rows.append(RoundRow.of_part(len(records), record))
-        on_round(rows[-1])
+        options.on_round(rows[-1])
 
-    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, on_share)
+    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, options.on_share)
     method = problem.method
     placement = method.placement.shared(problem.packed_domain, problem.packing_spacing, problem.packed_nodes)
     terms = Terms(
@@ -179,16 +234,16 @@ def _in_parts(problem: Problem, on_round: OnRound, on_share: OnShare, crew: Crew
     )
 
     def deadline() -> Deadline:
-        clock.reserve *= work.slowness()
-        return Deadline.within(time_left() - clock.reserve)
+        return clock.deadline(work.slowness())
 
-    workshop = Workshop(crew, keeping.store(scale_of(problem)), on_done, clock.tell)
+    workshop = Workshop(options.crew, keeping.store(scale_of(problem)), on_done, clock.tell)
     with timed(seconds, "packing"):
         parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, terms, workshop, deadline)
         packed = parted if stay else parted.whole(problem.packing_spacing)
-    clock.over = any(record.late for record in records)
-    why = clock.reason if clock.over else "all parts and the seams between are packed"
+    cut_short = clock.cut_short() if any(record.late for record in records) else None
+    why = "all parts and the seams between are packed" if cut_short is None else cut_short.reason
     start = Figures.together([record.start for record in records[:parts]])
     nodes, speeds = [record.end.nodes for record in records[:parts]], tuple(record.speeds for record in records)
     row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams, problem.needs_all_at_once)
-    return PackedProblem(problem, start, tuple(rows), speeds, packed, why, clock, seconds, parts=row)
+    packing = PackedProblem(problem, start, tuple(rows), speeds, packed, why, cut_short, seconds, parts=row)
+    return packing, clock

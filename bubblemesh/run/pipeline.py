@@ -1,4 +1,4 @@
-"""From a case to a mesh, within a time limit: the whole story on one screen."""
+"""From a case to a mesh, within its limits: `_run` has the steps in their order."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,7 +13,6 @@ from bubblemesh.kernels.library import engine
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.messages import own_places
-from bubblemesh.parts.store import IN_MEMORY, Keeping
 from bubblemesh.parts.work import Crew, alone
 from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
@@ -26,12 +25,13 @@ from bubblemesh.run.completion import Completed, completed
 from bubblemesh.run.estimate import repair_rows, spacing_changes
 from bubblemesh.run.measurement import Measured, measured
 from bubblemesh.run.metric import unsteady_ellipses
-from bubblemesh.run.packing import OnRound, OnShare, PackedProblem, pack
+from bubblemesh.run.packing import OnRound, OnShare, PackedProblem, RunOptions, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 from bubblemesh.run.verdict import verdict
 
 MOST_MESHES = 8  # until one has the requested number of nodes
 MOST_BY_ROWS = 4  # of them with whole rows of nodes, if there are any
+IN_THIS_PROCESS = RunOptions()
 
 
 @record(eq=False)
@@ -82,8 +82,8 @@ def mesh_case(
 ) -> Result:
     """Mesh a case.
 
-    ``on_round`` is told of each round as it ends, ``on_share`` again and again what share of the packing is done. The
-    ``crew`` packs the parts, if the case asks for any.
+    ``on_round`` is called with each round as it ends, ``on_share`` again and again with the share of the packing that
+    is done. The ``crew`` packs the parts, if the case asks for any.
 
     Raises
     ------
@@ -91,8 +91,9 @@ def mesh_case(
         One of its subclasses for a mistake of the user's, with the place and what to do.
     """
     require_case(case)
+    options = RunOptions(on_round, on_share, crew)
     with own_places():
-        return case.within_limits(lambda: mesh_problem(prepare(case), on_round, on_share, crew=crew))
+        return case.within_limits(lambda: mesh_problem(prepare(case), options))
 
 
 def require_case(case: object) -> None:
@@ -101,36 +102,52 @@ def require_case(case: object) -> None:
         raise CaseError(f"case: must be a Case (found {type(case).__name__}): load_case reads one from a file")
 
 
-def mesh_case_in_slices(
-    case: Case, keeping: Keeping, on_round: OnRound, on_share: OnShare, crew: Crew
-) -> Result | SlicedResult:
+def run_case(case: Case, options: RunOptions) -> Result | SlicedResult:
     """Mesh a case as `mesh_case` does; what is packed in parts stays where it is kept, if nothing needs all of it."""
-    return case.within_limits(lambda: _meshed(prepare(case), on_round, on_share, None, crew, keeping))
+    return case.within_limits(lambda: _run(prepare(case), options))
 
 
 def mesh_problem(
-    problem: Problem,
-    on_round: OnRound = lambda row: None,
-    on_share: OnShare = lambda share: None,
-    adaptation: Mapping[str, Any] | None = None,
-    crew: Crew = alone,
+    problem: Problem, options: RunOptions = IN_THIS_PROCESS, adaptation: Mapping[str, Any] | None = None
 ) -> Result:
-    """Mesh a problem; ``adaptation`` is what the report tells of the solution that the sizes come from."""
-    result = _meshed(problem, on_round, on_share, adaptation, crew, IN_MEMORY)
+    """Mesh a problem, whose parts are kept in memory.
+
+    ``adaptation`` is what the report says of the solution that the sizes come from.
+    """
+    result = _run(problem, options, adaptation)
     assert isinstance(result, Result)  # what is kept in memory does not stay in parts
     return result
 
 
-def _meshed(
-    problem: Problem,
-    on_round: OnRound,
-    on_share: OnShare,
-    adaptation: Mapping[str, Any] | None,
-    crew: Crew,
-    keeping: Keeping,
-) -> Result | SlicedResult:
+def _run(problem: Problem, options: RunOptions, adaptation: Mapping[str, Any] | None = None) -> Result | SlicedResult:
+    """Mesh a problem: pack it, measure the mesh, complete it, and report."""
     begun = perf_counter() - sum(problem.seconds.values())
-    packings = [pack(problem, on_round, on_share, crew, keeping)]
+    # 1. Pack, again and again if a number of nodes is asked for.
+    packings = _packings(problem, options)
+    best = _best(packings)
+    problem, seconds = best.problem, dict(best.seconds)
+    # 2. Make the mesh, measure it, and give it what its files hold beside nodes and triangles.
+    with timed(seconds, "quality"):
+        found = measured(best.packed, problem)
+        done = completed(found, problem)
+    # 3. Divide it for a parallel solver.
+    if problem.task.partition is not None:
+        with timed(seconds, "partition"):
+            done = done.divided(problem.task.partition)
+    # 4. Report, and say whether it is what the case requires.
+    if problem.node_target is not None:
+        seconds["other_attempts"] = perf_counter() - begun - sum(seconds.values())
+    seconds["total"] = sum(seconds.values())
+    report = _report(best, found, done, seconds, _node_target_row(best, packings), adaptation)
+    why_not = verdict(best, found.figures, done.mesh)
+    if isinstance(done.mesh, Mesh):
+        return Result(done.mesh, found.fields, report, best.speeds, why_not)
+    return SlicedResult(problem, done.mesh, report, best.speeds, why_not)
+
+
+def _packings(problem: Problem, options: RunOptions) -> Sequence[PackedProblem]:
+    """Packings of a problem: one, or several until one has the requested number of nodes, while there is time."""
+    packings = [pack(problem, options)]
     while (target := problem.node_target) and len(packings) < MOST_MESHES and _misses(packings[-1], target):
         if time_left() < sum(packings[-1].seconds.get(stage, 0.0) for stage in ("placement", "packing")):
             break
@@ -138,38 +155,15 @@ def _meshed(
         if following is None:
             break
         problem = following
-        packings.append(pack(problem, on_round, on_share, crew, keeping))
-    return _finish(packings, begun, adaptation)
-
-
-def _finish(
-    packings: Sequence[PackedProblem], begun: float, adaptation: Mapping[str, Any] | None
-) -> Result | SlicedResult:
-    """Make the mesh of the best packing, measure it and report."""
-    best = _best(packings)
-    problem, partition, seconds = best.problem, best.problem.task.partition, dict(best.seconds)
-    with timed(seconds, "quality"):
-        found = measured(best.packed, problem)
-        done = completed(found, problem)
-    if partition is not None:
-        with timed(seconds, "partition"):
-            done = done.divided(partition)
-    if problem.node_target is not None:
-        seconds["other_attempts"] = perf_counter() - begun - sum(seconds.values())
-    seconds["total"] = sum(seconds.values())
-    row = _node_target_row(best, packings)
-    report = _report(best, found, done, seconds, row, adaptation)
-    why_not = verdict(best, found.figures, done.mesh)
-    if isinstance(done.mesh, Mesh):
-        return Result(done.mesh, found.fields, report, best.speeds, why_not)
-    return SlicedResult(problem, done.mesh, report, best.speeds, why_not)
+        packings.append(pack(problem, options))
+    return packings
 
 
 def _best(packings: Sequence[PackedProblem]) -> PackedProblem:
     """The packing that is nearest to the requested number of nodes, of those that were not cut short if any."""
     target = packings[0].problem.node_target
     requested = packings[0].nodes if target is None else target.nodes
-    return min(packings, key=lambda packing: (packing.clock.over, abs(packing.nodes - requested)))
+    return min(packings, key=lambda packing: (packing.cut_short is not None, abs(packing.nodes - requested)))
 
 
 def _node_target_row(best: PackedProblem, packings: Sequence[PackedProblem]) -> NodeTargetRow | None:
@@ -200,7 +194,7 @@ def _report(
         initial=best.start,
         rounds=best.rounds,
         stop_reason=best.stop_reason,
-        finished=not best.clock.over,
+        finished=best.cut_short is None,
         rules=changes.get("rules"),
         periodic=changes.get("periodic"),
         ideal_nodes=problem.survey.ideal_nodes,
@@ -230,7 +224,7 @@ def _told(best: PackedProblem, found: Measured, done: Completed, *, adapted: boo
     as_many = None if problem.rest else problem.survey.ideal_nodes
     return (
         *problem.warnings,
-        *best.clock.warnings,
+        *(() if best.cut_short is None else (best.cut_short.warning,)),
         *warnings.poor_result(found.figures, as_many, refined=problem.refined),
         *warnings.jumps_at_layers(found.layers),
         *unsteady_ellipses(found.metric, adapted=adapted),
@@ -266,4 +260,4 @@ def _corrected(problem: Problem, target: NodeTarget, packings: Sequence[PackedPr
 
 def _misses(packing: PackedProblem, target: NodeTarget) -> bool:
     """Whether another scale may come nearer to the target."""
-    return not packing.clock.over and target.is_missed_by(packing.nodes)
+    return packing.cut_short is None and target.is_missed_by(packing.nodes)

@@ -16,7 +16,7 @@ from bubblemesh.run.water import sea_figures
 
 def verdict(packing: PackedProblem, figures: Mapping[str, Any], mesh: Mesh | SlicedMesh) -> BubblemeshError | None:
     """Why the mesh of a packing is not what the case requires, if it is not; ``figures`` are the report's."""
-    if packing.clock.over:
+    if packing.cut_short is not None:
         return LimitError(f"limits.seconds: stopped by {packing.stop_reason}: the mesh is written as it was then")
     if packing.refined is not None and packing.refined.stopped is not None:
         return _unrefined(packing.refined, packing.problem.demands)

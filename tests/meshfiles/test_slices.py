@@ -20,9 +20,9 @@ from bubblemesh.meshfiles.groups import group_names, region_ids
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.parts.store import InFolder, Keeping
-from bubblemesh.parts.work import alone
 from bubblemesh.process import limits
-from bubblemesh.run.pipeline import mesh_case_in_slices
+from bubblemesh.run.packing import RunOptions
+from bubblemesh.run.pipeline import run_case
 
 PLATE = """
 domain:
@@ -64,7 +64,7 @@ def sliced_of(text, folder):
     """The mesh of a case in slices, which are kept in a folder."""
     case = load_case("parts.yaml", text=text)
     kept = Keeping(lambda scale: InFolder(folder), in_slices=True)
-    return mesh_case_in_slices(case, kept, lambda row: None, lambda share: None, alone).mesh
+    return run_case(case, RunOptions(keeping=kept)).mesh
 
 
 def joined(sliced):

@@ -28,7 +28,8 @@ from bubblemesh.meshes.triangulation import triangulated
 from bubblemesh.parts.store import IN_MEMORY, InFolder, InMemory, Keeping
 from bubblemesh.parts.work import alone
 from bubblemesh.run import destination
-from bubblemesh.run.pipeline import SlicedResult, mesh_case, mesh_case_in_slices
+from bubblemesh.run.packing import RunOptions
+from bubblemesh.run.pipeline import SlicedResult, mesh_case, run_case
 
 LINES = """
 domain:
@@ -54,10 +55,7 @@ output: {formats: [xdmf]}
 
 
 def sliced(given, folder):
-    def nothing(value):
-        pass
-
-    result = mesh_case_in_slices(given, Keeping(lambda scale: InFolder(folder), True), nothing, nothing, alone)
+    result = run_case(given, RunOptions(keeping=Keeping(lambda scale: InFolder(folder), True)))
     assert isinstance(result, SlicedResult)
     return result
 
@@ -151,10 +149,7 @@ def test_a_kept_part_is_the_one_that_was_given(tmp_path):
         margin = staticmethod(memory.margin)
         core = staticmethod(memory.core)
 
-    def nothing(value):
-        pass
-
-    mesh_case_in_slices(case(FINE["regions"], 3), Keeping(lambda scale: Both(), True), nothing, nothing, alone)
+    run_case(case(FINE["regions"], 3), RunOptions(keeping=Keeping(lambda scale: Both(), True)))
     for number in range(3):
         for kept, given in ((files.core, memory.core), (files.margin, memory.margin)):
             assert_same(kept(number), given(number))
@@ -460,12 +455,7 @@ def test_formats_with_pieces_that_have_one_only_are_told(here):
 
 @pytest.mark.parametrize("extra", ["angle_min: 28", "output: {order: 2}", "output: {partition: 3}"])
 def test_what_needs_all_triangles_is_made_at_once(extra):
-    def nothing(value):
-        pass
-
-    result = mesh_case_in_slices(
-        case(f"{DISC}\n{extra}", 2), IN_MEMORY._replace(in_slices=True), nothing, nothing, alone
-    )
+    result = run_case(case(f"{DISC}\n{extra}", 2), RunOptions(keeping=IN_MEMORY._replace(in_slices=True)))
     assert isinstance(result.mesh, Mesh)
 
 

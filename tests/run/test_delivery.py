@@ -1,17 +1,15 @@
 """What the commands do to a case, done by a program."""
 
 from contextlib import nullcontext
-from functools import partial
 
 import pytest
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, FileError, RequirementError
-from bubblemesh.parts.store import IN_MEMORY
-from bubblemesh.parts.work import alone
 from bubblemesh.run.delivery import deliver
 from bubblemesh.run.output import OutputOptions, place_of
-from bubblemesh.run.pipeline import mesh_case_in_slices
+from bubblemesh.run.packing import RunOptions
+from bubblemesh.run.pipeline import run_case
 from bubblemesh.run.preview import preview
 
 CASE = """\
@@ -34,8 +32,9 @@ def test_a_case_is_meshed_watched_and_written(tmp_path):
     case = load_case("one.yaml", text=f"{CASE}require: {{quality_min: 0.9999}}\n")
     place = place_of(case, "one.yaml", OutputOptions(f"{tmp_path}/out/"))
     listener = Listener()
-    meshing = partial(mesh_case_in_slices, case, IN_MEMORY, crew=alone)
-    result, report = deliver(meshing, case, "one.yaml", place, nullcontext(listener))
+    result, report = deliver(
+        lambda *told: run_case(case, RunOptions(*told)), case, "one.yaml", place, nullcontext(listener)
+    )
     assert [row.round for row in listener.rounds] == [1, 2]
     assert listener.shares[-1] == pytest.approx(1)
     assert report["files"] == sorted(path.name for path in (tmp_path / "out").iterdir())
