@@ -90,11 +90,11 @@ def place_of(
 def destination(
     case: Case, source: str, options: OutputOptions, solution: Path | None = None, *, in_slices: bool = False
 ) -> Destination:
-    """Destination that the options and the case name together, as of `destination_beside`.
+    """Destination that the options and the case name together, with the rules and errors of `destination_beside`.
 
-    Its inputs are the case file, the solution if there is one, and all files that the case names. ``in_slices`` tells
-    that what is packed in parts may be written part by part. An untrusted case that names a folder outside of its own
-    is a CaseError, and a format that the case's coordinates do not go with.
+    Its inputs are the case file, the solution if there is one, and all files that the case names. ``in_slices`` says
+    that what is packed in parts may be written part by part. CaseError if an untrusted case names a folder outside
+    of its own, or a format does not go with the coordinates of the case.
     """
     # Relative to the case file; with a case of the standard input, or without a name, the present folder.
     directory = case.output.directory
@@ -172,7 +172,7 @@ def _require_below(folder: Path, root: Path) -> None:
 
 
 def stream_destination(keys: Output, stream: BinaryIO, options: OutputOptions) -> StreamDestination:
-    """Destination of the option ``-o -``; CaseError as of `destination`, and if there are other files to write."""
+    """Destination of the option ``-o -``, with the errors of `destination`; CaseError if there are other files."""
     first = _distinct(options.formats or keys.formats)[0]
     options.require_only(first)
     for option, asked_for in (("--history", options.history), ("--report", options.page)):

@@ -94,13 +94,13 @@ class Clock:
             raise TimeUp(_reason(self.limit))
 
     def tell(self, share: float) -> None:
-        """Hand on the share that is done; that which is told last while there is time is what a limit left."""
+        """Hand on the share that is done, and note it while there is time: it is what a limit will have left."""
         if time_left() >= self.reserve or self.share == 0:
             self.share = share
         self.on_share(share)
 
     def deadline(self, slowness: float) -> Deadline:
-        """When others have to end; what follows takes so many times as long as was known before."""
+        """Time at which the work of others has to end; what follows takes so many times as long as was reserved."""
         self.reserve *= slowness
         return Deadline.within(time_left() - self.reserve)
 

@@ -23,7 +23,7 @@ DIGITS = 16  # of the hash in a folder's name
 
 @contextmanager
 def parts_kept(case: Case, place: Destination | StreamDestination, resume: bool, *, shared: bool) -> Iterator[Keeping]:
-    """Keep the parts of a case beside its results until the block ends; ``shared`` as of `InFolder`.
+    """Keep the parts of a case beside its results until the block ends; ``shared`` is that of `InFolder`.
 
     To ``resume``, those of an earlier run with the same inputs are there, and if the block ends with an exception they
     stay. CaseError if that has no parts, or the results no folder.

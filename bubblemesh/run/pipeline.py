@@ -167,7 +167,7 @@ def _best(packings: Sequence[PackedProblem]) -> PackedProblem:
 
 
 def _node_target_row(best: PackedProblem, packings: Sequence[PackedProblem]) -> NodeTargetRow | None:
-    """What the report tells of the requested number of nodes, if there is one."""
+    """Row of the report on the requested number of nodes; None if none was requested."""
     target = best.problem.node_target
     attempts = tuple({"scale": packing.scale, "nodes": packing.nodes} for packing in packings)
     return None if target is None else NodeTargetRow(target.nodes, best.scale, attempts)
@@ -204,7 +204,7 @@ def _report(
         deviation=found.deviation,
         seconds=seconds,
         peak_memory_mb=peak_memory_mb(),
-        warnings=_told(best, found, done, adapted=adaptation is not None),
+        warnings=_report_warnings(best, found, done, adapted=adaptation is not None),
         repairs=repair_rows(problem.domain),
         refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
         budget=node_target,
@@ -218,7 +218,7 @@ def _report(
     )
 
 
-def _told(best: PackedProblem, found: Measured, done: Completed, *, adapted: bool) -> tuple[str, ...]:
+def _report_warnings(best: PackedProblem, found: Measured, done: Completed, *, adapted: bool) -> tuple[str, ...]:
     """Warnings of the report: of the case, of its packing, and of the mesh."""
     problem, target, layers = best.problem, best.problem.node_target, best.problem.rest
     as_many = None if problem.rest else problem.survey.ideal_nodes
@@ -241,7 +241,7 @@ def _told(best: PackedProblem, found: Measured, done: Completed, *, adapted: boo
 
 
 def _corrected(problem: Problem, target: NodeTarget, packings: Sequence[PackedProblem]) -> Problem | None:
-    """The problem with a scale that may come nearer to the target, None if there is none.
+    """The problem with another scale, which may come nearer to the target; None if no scale may.
 
     Where lattices have missed it, since they have whole rows of nodes, these are placed one by one.
     """
