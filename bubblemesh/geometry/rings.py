@@ -220,14 +220,20 @@ def _duplicates(doubles: Sequence[Point]) -> list[str]:
 
 def _curve(start: Point, piece: Piece, end: Point) -> tuple[Curve, list[str]]:
     """The curve of ``piece`` between two vertices, and notes on what was mended."""
-    if isinstance(piece, LineTo):
-        return Line(start, end), []
-    if isinstance(piece, ArcTo):
-        require_numbers(np.array([piece.center]), "center of an arc")
-        return _arc(start, piece, end)
-    if isinstance(piece, BezierTo):
-        require_numbers(np.array([piece.first, piece.second]), "inner points of a curve")
-        return Bezier(start, piece.first, piece.second, end), []
+    match piece:
+        case LineTo():
+            return Line(start, end), []
+        case ArcTo():
+            return _arc(start, piece, end)
+        case BezierTo():
+            require_numbers(np.array([piece.first, piece.second]), "inner points of a curve")
+            return Bezier(start, piece.first, piece.second, end), []
+        case SplineTo():
+            return _spline(start, piece, end)
+
+
+def _spline(start: Point, piece: SplineTo, end: Point) -> tuple[Spline, list[str]]:
+    """Spline between two vertices, without knots that are there twice in a row, and notes on these."""
     knots = np.array([start, *piece.through[:-1], end], float)
     require_numbers(knots, "spline")
     repeated = np.flatnonzero((np.diff(knots, axis=0) == 0).all(axis=1))
@@ -242,6 +248,7 @@ def _curve(start: Point, piece: Piece, end: Point) -> tuple[Curve, list[str]]:
 
 def _arc(start: Point, piece: ArcTo, end: Point) -> tuple[Arc, list[str]]:
     """Arc between two vertices; its centre is moved to the nearest point that is equally far from both."""
+    require_numbers(np.array([piece.center]), "center of an arc")
     p, q, center = np.array(start), np.array(end), np.array(piece.center, float)
     radii = np.hypot(*(p - center)), np.hypot(*(q - center))
     if max(radii) == 0:

@@ -105,15 +105,22 @@ def _advice(keys: DomainKeys, key: Key) -> str:
 
 def domain_areas(keys: DomainKeys) -> list[Area]:
     """The areas of a domain; errors of geometry, keys and files name the ring."""
-    if isinstance(keys, RegionDomain):
-        return _covered(keys, _inner_parts(keys))
-    if isinstance(keys, FileDomain):
-        return _areas_of_file(keys)
-    if isinstance(keys, ShoreDomain):
-        from bubblemesh.problem.shoreline.box import sea_in_box
-        from bubblemesh.problem.shoreline.rings import areas_of_sea
+    match keys:
+        case RingDomain():
+            return _areas_of_rings(keys)
+        case RegionDomain():
+            return _covered(keys, _inner_parts(keys))
+        case FileDomain():
+            return _areas_of_file(keys)
+        case ShoreDomain():
+            from bubblemesh.problem.shoreline.box import sea_in_box
+            from bubblemesh.problem.shoreline.rings import areas_of_sea
 
-        return areas_of_sea(sea_in_box(keys), keys.shoreline.file)
+            return areas_of_sea(sea_in_box(keys), keys.shoreline.file)
+
+
+def _areas_of_rings(keys: RingDomain) -> list[Area]:
+    """The areas within outer rings and outside of holes, repaired if the keys say so."""
     repair = repair_of(keys)
     areas = list(_outer_areas(keys))
     holes = list(_holes(keys))

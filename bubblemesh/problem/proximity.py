@@ -7,7 +7,7 @@ import shapely
 
 from bubblemesh.arrays import Floats
 from bubblemesh.case.data_terms import several
-from bubblemesh.case.spacing import NearLabel, NearPoint, NearTerm, SpacingTerms
+from bubblemesh.case.spacing import NearLabel, NearLine, NearPoint, NearTerm, SpacingTerms
 from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.distance.distances import MOST_FORMULAS, FromPoints, distance_to_line
 from bubblemesh.geometry.domain import Domain
@@ -52,15 +52,16 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
     labels: dict[tuple[float, float, float], list[str]] = {}  # by size, growth and reach
     for number, near in enumerate(models):
         law = near.size, growth if near.growth is None else near.growth, near.until
-        if isinstance(near, NearLabel):
-            with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
-                require_labels(domain, [near.label])
-            labels.setdefault(law, []).append(near.label)
-        elif isinstance(near, NearPoint):
-            if (near.size, near.growth, near.until) not in points:
-                yield Proximity(distance_to_line([near.point]), *law)
-        else:
-            yield Proximity(distance_to_line(near.line), *law)
+        match near:
+            case NearLabel():
+                with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
+                    require_labels(domain, [near.label])
+                labels.setdefault(law, []).append(near.label)
+            case NearPoint():
+                if (near.size, near.growth, near.until) not in points:
+                    yield Proximity(distance_to_line([near.point]), *law)
+            case NearLine():
+                yield Proximity(distance_to_line(near.line), *law)
     for label, size in terms.labels.items():
         with at_key("spacing", "labels", label):
             require_labels(domain, [label])
@@ -82,11 +83,12 @@ def near_spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
     """Points (k, 2) near which the spacing is fine; the boundary and what is embedded are looked at anyhow."""
     labels, models = set(terms.labels), tuple[NearTerm, ...](several(terms.near))
     for near in models:
-        if isinstance(near, NearLabel):
-            labels.add(near.label)
-        elif isinstance(near, NearPoint):
-            yield np.array([near.point])
-        else:
-            line = shapely.segmentize(shapely.linestrings(near.line), APART * domain.size)
-            yield shapely.get_coordinates(line)
+        match near:
+            case NearLabel():
+                labels.add(near.label)
+            case NearPoint():
+                yield np.array([near.point])
+            case NearLine():
+                line = shapely.segmentize(shapely.linestrings(near.line), APART * domain.size)
+                yield shapely.get_coordinates(line)
     yield np.array([point.at for point in domain.parts.points if point.label in labels]).reshape(-1, 2)
