@@ -28,8 +28,13 @@ def front():
 
 def packed(domain, spacing, watch=lambda share: None, method=METHOD):
     """All rounds of a domain and a spacing."""
+    return list(rounds_of(domain, spacing, watch, method))
+
+
+def rounds_of(domain, spacing, watch=lambda share: None, method=METHOD):
+    """The same one by one, each when it is asked for."""
     levels = method.levels(domain, spacing, 0)
-    return list(rounds(method.placement(domain, levels[0], 10**6), domain, levels, method, watch))
+    return rounds(method.placement(domain, levels[0], 10**6), domain, levels, method, watch)
 
 
 def settled_ellipses():
@@ -40,4 +45,4 @@ def settled_ellipses():
 
 def settled_net():
     """A net of the front that has settled, but is not finished."""
-    return packed(SQUARE, front())[0].net
+    return next(rounds_of(SQUARE, front())).net

@@ -23,6 +23,8 @@ from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
+COARSE = uniform_metric(0.1, 0.2, 0.5)
+
 
 def stretched_hexagon(side, factor):
     """A hexagon that is longer along x by a factor: a lattice of ellipses fills it."""
@@ -56,8 +58,15 @@ def test_rounds_follow_each_other_and_tell_the_reason_last(spacing):
     assert all(done.deleted >= 0 for done in found)
 
 
+@pytest.fixture(scope="module")
+def narrow():
+    """A metric, and the number of bubbles of a whole packing in it."""
+    spacing = uniform_metric(0.02, 0.2, 0.5)
+    return spacing, len(packed(SQUARE, spacing)[-1].bubbles)
+
+
 @pytest.mark.parametrize("share", [0.0, 0.2, 0.7])
-def test_when_the_time_is_up_the_mesh_is_brought_to_the_last_metric(share):
+def test_when_the_time_is_up_the_mesh_is_brought_to_the_last_metric(share, narrow):
     told = []
 
     def watch(done):
@@ -65,7 +74,7 @@ def test_when_the_time_is_up_the_mesh_is_brought_to_the_last_metric(share):
         if done >= share:
             raise TimeUp("no time")
 
-    spacing = uniform_metric(0.02, 0.2, 0.5)
+    spacing, count = narrow
     *earlier, last = packed(SQUARE, spacing, watch)
     assert told == sorted(told)
     assert (last.stop_reason, last.late) == ("no time", True)
@@ -74,8 +83,7 @@ def test_when_the_time_is_up_the_mesh_is_brought_to_the_last_metric(share):
     assert not earlier or last.before == len(earlier[-1].bubbles)
     x, triangles = last.net.bubbles.x, last.net.triangles
     assert (signed_areas(x, triangles) > 0).all()
-    whole = packed(SQUARE, spacing)[-1]
-    assert 0.6 < len(x) / len(whole.bubbles) < 1.3
+    assert 0.6 < len(x) / count < 1.3
 
 
 def test_bubbles_have_the_metric_of_their_places_when_the_time_is_up_between_two_looks_at_it():
@@ -109,7 +117,7 @@ def test_shares_are_told_after_each_pass(smoothing, mending, monkeypatch):
     smoothed = EllipseSmoothing.__call__
     monkeypatch.setattr(EllipseSmoothing, "__call__", counted)
     told, method = [], with_finish(smoothing, mending)
-    packed(SQUARE, front(), told.append, method)
+    packed(SQUARE, COARSE, told.append, method)
     assert told == sorted(told)
     assert told[-1] == 1
     assert len(calls) == method.smoothing.passes
@@ -126,7 +134,7 @@ def test_bubbles_leave_between_the_first_passes_as_often_as_attempts_are_made_at
 
     fewer = EllipseMending.fewer
     monkeypatch.setattr(EllipseMending, "fewer", counted)
-    packed(SQUARE, front(), method=with_finish({"passes": 6}, {"mend_attempts": attempts}))
+    packed(SQUARE, COARSE, method=with_finish({"passes": 6}, {"mend_attempts": attempts}))
     assert len(calls) == times
 
 
@@ -141,7 +149,7 @@ def test_trials_come_before_the_last_two_passes(passes, before, monkeypatch):
             return function(*given)
 
         monkeypatch.setattr(scheme, method, noted)
-    packed(SQUARE, front(), method=with_finish({"passes": passes}, {}))
+    packed(SQUARE, COARSE, method=with_finish({"passes": passes}, {}))
     assert order.count("smoothed") == passes
     assert order.index("tried") == before
 
@@ -209,7 +217,7 @@ def test_bubbles_stay_where_they_were_if_annealing_piles_them_up(monkeypatch):
     found = []
     for annealing in (piled, lambda *given: iter(())):
         monkeypatch.setattr(EllipseAnnealing, "__call__", annealing)
-        found.append(packed(SQUARE, front())[-1].net.bubbles.x)
+        found.append(packed(SQUARE, COARSE)[-1].net.bubbles.x)
     np.testing.assert_array_equal(*found)
 
 
