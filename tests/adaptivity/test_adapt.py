@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 
 import meshio
 import numpy as np
@@ -205,6 +206,7 @@ spacing: {value: 0.15, courant: {depth: 10 + x, dt: 0.01, largest: 1}}
 """
 
 
+@cache
 def flat(text):
     """A case, and a solution on its mesh that bends in one corner."""
     case = case_of(text)
