@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
 
@@ -35,9 +36,10 @@ from bubblemesh.errors import CaseError, FileError
 from bubblemesh.workers.cluster import cluster_workers
 from bubblemesh.workers.hire import workers_at
 
-pytest.importorskip("distributed", reason="the extra cluster is not installed")
 pytestmark = [
     pytest.mark.long,
+    # Not imported, which takes long, where none of these tests are run.
+    pytest.mark.skipif(find_spec("distributed") is None, reason="the extra cluster is not installed"),
     pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX"),
 ]
 
