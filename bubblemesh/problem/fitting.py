@@ -41,14 +41,17 @@ class Fitted(NamedTuple):
     filled: FilledSpacing
 
 
-def requested_spacing(domain: Domain, request: SpacingRequest, scale: float | None, max_nodes: int) -> RequestedSpacing:
+def requested_spacing(
+    domain: Domain, request: SpacingRequest, scale: float | None, max_nodes: int, hidden: Floats | None
+) -> RequestedSpacing:
     """The spacing of a request at some scale, finer where its rules and periodic sides ask for it.
 
+    Edges below layers are ``hidden`` up to some length (p,) of each piece, and make nothing finer.
     CaseError where it is not positive and finite, and LimitError where it needs more than so many nodes.
     """
     before_rules, cover = request.at(scale), Cover.of(domain)
     survey = surveyed(domain, before_rules, max_nodes, cover)
-    after_rules = request.rules(domain, replace(before_rules, floor=survey.extremes.minimum / 2), max_nodes)
+    after_rules = request.rules(domain, replace(before_rules, floor=survey.extremes.minimum / 2), max_nodes, hidden)
     after_periodic = limited_across_sides(domain, after_rules)
     if max(after_rules.ratio, after_periodic.ratio) > 1:
         survey = surveyed(domain, after_periodic.spacing, max_nodes, cover)
@@ -65,7 +68,7 @@ def fitted_to_boundary(
     piece. LimitError if it needs more than so many nodes.
     """
     cover, expected = requested.survey.cover, requested.survey.ideal_nodes
-    short, coarse = short_pieces(domain, spacing, hidden), coarse_curves(domain, spacing, hidden=hidden)
+    short, coarse = short_pieces(domain, spacing, hidden), coarse_curves(domain, spacing, hidden)
     for_packing = limited_for_packing_across_sides(domain, requested.after_periodic, short.joined(coarse))
     if for_packing.spacing is not requested.spacing:
         expected = ideal_nodes(domain, for_packing.spacing, max_nodes, ESTIMATE, cover)

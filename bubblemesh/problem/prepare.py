@@ -123,10 +123,11 @@ def check_spacing(
     """
     require_possible(domain, request, task)
     with timed(seconds, "spacing"):
-        requested = requested_spacing(domain, request, scale, task.max_nodes)
+        hidden = _hidden(domain, task)
+        requested = requested_spacing(domain, request, scale, task.max_nodes, hidden)
         metric = _metric(domain, requested, request, task, scale)
         spacing = requested.spacing if metric is None else metric.requested
-        fitted = fitted_to_boundary(domain, requested, spacing, request.rules, task.max_nodes, _hidden(domain, task))
+        fitted = fitted_to_boundary(domain, requested, spacing, request.rules, task.max_nodes, hidden)
         warned = _warnings(domain, request, task, scale, requested, fitted)
     problem = Problem(
         task=task,

@@ -725,6 +725,18 @@ def test_small_fillets_at_concave_corners_are_as_corners_also_if_they_are_arcs(r
     assert result.report["warnings"] == []
 
 
+@pytest.mark.parametrize(
+    ("hole", "rule"),
+    [(chamfered(1e-3), {"growth": 0.2}), (rounded(1e-3), {"growth": 0.2}), (rounded(1e-3), {"per_circle": 24})],
+)
+def test_rules_of_the_spacing_make_nothing_finer_at_edges_hidden_below_layers(hole, rule):
+    domain = {"outer": {"rectangle": [0, 0, 3, 1], "label": "far"}, "holes": [hole]}
+    layers = {"on": "bar", "first": 0.004, "until": "isotropic"}
+    problems = [prepared(domain, layers, spacing=spacing) for spacing in (0.08, {"value": 0.08, **rule})]
+    nodes, same = (problem.rest.strips.x for problem in problems)
+    np.testing.assert_array_equal(nodes, same)
+
+
 def test_a_wall_whose_edges_are_all_as_corners_has_no_first_heights(capsys):
     cut = 0.0099
     corners = [[0, 0], [2, 0], [2, 2 - cut], [2 - cut, 2], [0, 2]]

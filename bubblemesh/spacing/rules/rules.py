@@ -43,9 +43,12 @@ class Rules:
         """Largest growth per length that a packing gets where it has to be finer than these rules make it."""
         return STEEPEST_GROWTH if self.growth is None else min(self.growth, STEEPEST_GROWTH)
 
-    def __call__(self, domain: Domain, spacing: Spacing, max_nodes: float = np.inf) -> LimitedSpacing:
+    def __call__(
+        self, domain: Domain, spacing: Spacing, max_nodes: float = np.inf, hidden: Floats | None = None
+    ) -> LimitedSpacing:
         """The largest spacing below the given one that follows the rules.
 
+        Pieces of the boundary that are ``hidden``, as of `short_pieces`, do not make it finer by being short or curved.
         LimitError if curves or narrow parts alone need more than ``max_nodes`` nodes, with the key and the place.
         """
         if self.growth is None and self.per_circle is None and not self.across:
@@ -53,9 +56,9 @@ class Rules:
         growth, sources = STEEPEST_GROWTH if self.growth is None else self.growth, Sources.none()
         if self.growth is not None:
             # What the boundary makes fine in any case would otherwise grow faster from there.
-            sources = short_pieces(domain, spacing).joined(coarse_curves(domain, spacing))
+            sources = short_pieces(domain, spacing, hidden).joined(coarse_curves(domain, spacing, hidden))
         if self.per_circle is not None:
-            curves = curvature_sources(domain, spacing, self.per_circle, growth, self.minimum, max_nodes)
+            curves = curvature_sources(domain, spacing, self.per_circle, growth, self.minimum, max_nodes, hidden)
             sources = sources.joined(curves)
         sources = sources.not_below(self.minimum)
         if self.across:

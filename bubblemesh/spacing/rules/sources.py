@@ -136,11 +136,7 @@ def coarse_curves(domain: Domain, spacing: Spacing, hidden: Floats | None = None
 
     Curves that are ``hidden``, as in `short_pieces`, get none.
     """
-    tight = _tight(domain, spacing, WIDEST_TURN)
-    if hidden is not None:
-        seen = domain.boundary.lengths[tight.piece] > hidden[tight.piece]
-        tight = tight.select(seen)
-    return _along(domain, tight)
+    return _along(domain, _tight(domain, spacing, WIDEST_TURN, hidden))
 
 
 def curvature_sources(
@@ -150,13 +146,15 @@ def curvature_sources(
     growth: float,
     least: float = 0.0,
     max_nodes: float = np.inf,
+    hidden: Floats | None = None,
 ) -> Sources:
     """Sources on curves where the spacing is too coarse for ``per_circle`` nodes on a full turn.
 
-    The spacing grows by ``growth`` per length from the sources, and sizes below ``least`` are of no use. LimitError if
-    they need more than ``max_nodes`` nodes, with the tightest place.
+    The spacing grows by ``growth`` per length from the sources, and sizes below ``least`` are of no use. Curves that
+    are ``hidden``, as of `short_pieces`, have none. LimitError if they need more than ``max_nodes`` nodes, with the
+    tightest place.
     """
-    tight = _tight(domain, spacing, 2 * np.pi / per_circle)
+    tight = _tight(domain, spacing, 2 * np.pi / per_circle, hidden)
     radius = tight.size * per_circle / (2 * np.pi)
     tight = tight._replace(size=np.maximum(tight.size, least))
     if _nodes_beside(domain, tight, radius, growth, max_nodes) > max_nodes:
@@ -183,11 +181,13 @@ class TightChords(NamedTuple):
         return TightChords(self.piece[which], self.s[which], self.step[which], self.size[which])
 
 
-def _tight(domain: Domain, spacing: Spacing, widest_turn: float) -> TightChords:
-    """Chords of curves that turn by more than ``widest_turn`` over the length of one spacing."""
+def _tight(domain: Domain, spacing: Spacing, widest_turn: float, hidden: Floats | None) -> TightChords:
+    """Chords of curves, but for ``hidden`` ones, that turn by more than ``widest_turn`` over one spacing."""
     boundary = domain.boundary
     piece, s, step = boundary.stations()
     curved = boundary.approximated[piece]
+    if hidden is not None:
+        curved &= boundary.lengths[piece] > hidden[piece]
     piece, s, step = piece[curved], s[curved], step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
     size = widest_turn * step / np.maximum(np.abs(turning(before, after)), 1e-12)
