@@ -18,6 +18,7 @@ APART = 0.25  # least distance of strips of different walls, in terms of the low
 BESIDE_FOOT = 0.5  # of a strip's lower height: so near to its foot is a wall without layers that goes on from its own
 NEAR = 2.0  # heights between the feet of strips: farther away they are of different walls
 OPEN = 0.3  # least distance of fronts around a bend, in terms of the shorter one's edges
+CLOSED = 0.5  # of the way between their feet: fronts farther apart than that do not close around a bend
 SHRUNK = 1 - 1e-6  # strips that have a side in common do not meet without their rims
 
 
@@ -118,6 +119,7 @@ class Obstacles:
         high = strips.height[columns.pair[full]].max(axis=1)
         middle = columns.at[columns.pair[full]].mean(axis=1)
         feet = columns.foot[columns.owner[columns.pair[full]]]
+        edges = shapely.linestrings(self.seen(strips.x[columns.foot[columns.pair[full]]]))
         near, by = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=APART * high)
         over = ends.mean(axis=1)
         facing = self._face_each_other(over, near, by)
@@ -126,14 +128,16 @@ class Obstacles:
         apart = ~(feet[near][:, :, None] == feet[by][:, None, :]).any(axis=(1, 2))
         far, beyond = near[away & apart], by[away & apart]
         too_near = shapely.distance(shapes[far], shapes[beyond]) < APART * np.minimum(high[far], high[beyond])
-        # Around a bend of one wall fronts that come nearer to each other must leave room for triangles.
+        # Around a bend of one wall fronts that come nearer to each other must leave room for triangles. On both sides
+        # of a short edge of a straight wall they are near to each other, but no more than the wall is there.
         fronts = shapely.linestrings(ends)
         length = shapely.length(fronts)
         near, by = near[~away], by[~away]
         apart = ~(tops[near][:, :, None] == tops[by][:, None, :]).any(axis=(1, 2))
         nearer = np.hypot(*(over[near] - over[by]).T) < np.hypot(*(middle[near] - middle[by]).T)
         near, by = near[apart & nearer], by[apart & nearer]
-        closing = shapely.distance(fronts[near], fronts[by]) < OPEN * np.minimum(length[near], length[by])
+        between, below = (shapely.distance(lines[near], lines[by]) for lines in (fronts, edges))
+        closing = (between < OPEN * np.minimum(length[near], length[by])) & (between < CLOSED * below)
         return each_once(np.concatenate([one[one != other], far[too_near], near[closing]]))
 
     def _face_each_other(self, tops: Floats, one: Integers, other: Integers) -> Booleans:

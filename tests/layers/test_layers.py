@@ -680,6 +680,16 @@ def test_a_chamfer_takes_no_layers_away(cut):
     assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
 
 
+@pytest.mark.parametrize("raised", [1e-6, 1e-3, 0.05])
+def test_a_vertex_close_to_another_one_on_a_plain_wall_takes_no_layers_away(raised):
+    """Whether the wall is straight, or bent a little there."""
+    floor = [[0, 0], [1, 0], [1.001, 0], [2, raised]]
+    outer = {"polygon": [*floor, [2, 1], [0, 1]], "labels": ["floor"] * 3 + ["far"] * 3}
+    row = layers_of(prepared({"outer": outer}, {"on": "floor", "first": 0.01, "count": 8}, spacing=0.05), "floor")
+    assert row.count["least"] >= 5
+    assert (row.compressed, row.first["kept"]) == (1, 1)
+
+
 def shortest_edge_beside_layers(result):
     mesh, packed = result.mesh, result.fields["layer"] == 0
     edges, _ = unique_edges(mesh.triangles[packed])
