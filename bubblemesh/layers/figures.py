@@ -19,6 +19,7 @@ from bubblemesh.layers.room import room
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
 from bubblemesh.meshes.edges import find_sides
+from bubblemesh.meshes.quads import corner_angles, quadrilaterals
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.messages import place
 from bubblemesh.packing.net import Net
@@ -74,8 +75,8 @@ class LabelLayers:
     aspect : float
         Largest ratio of a cell's width to its height.
     angle_max : mapping or None
-        The largest angle in ``degrees`` of the cells as triangles, and the place ``at`` of their middle; unknown before
-        the triangles beside them are there.
+        The largest angle in ``degrees`` of the cells, and the place ``at`` of that cell's middle; unknown before the
+        triangles beside them are there.
     across_front : float or None
         Median along the wall of the ratio of heights across the front, fans left out: of packed triangles on it to the
         last layer.
@@ -222,11 +223,15 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
 
 
 def _largest_angle(joined: JoinedLayers, mine: Booleans) -> dict[str, Any] | None:
-    """The largest angle of the cells between pairs ``mine`` (p,), and the middle of that triangle; None without any."""
-    cells, x = joined.cells[mine[joined.pairs]], joined.net.bubbles.x
-    if len(cells) == 0:
+    """The largest angle of the cells between pairs ``mine`` (p,), and the middle of that cell; None without any."""
+    x, triangles = joined.net.bubbles.x, joined.cells[mine[joined.pairs]]
+    if len(triangles) == 0:
         return None
-    angles = Measures(x, cells).angles.max(axis=1)
+    quads = quadrilaterals(joined.cells, joined.halves[mine[joined.pairs[joined.halves[:, 0]]]])
+    of_each = (triangles, Measures(x, triangles).angles), (quads, np.degrees(corner_angles(x[quads])))
+    largest = [(angles.max(axis=1), cells) for cells, angles in of_each if len(cells)]
+    # The angles of halves are parts of those of their quadrilateral.
+    angles, cells = max(largest, key=lambda found: float(found[0].max()))
     flattest = angles.argmax()
     return {"degrees": float(angles[flattest]), "at": tuple(x[cells[flattest]].mean(axis=0).tolist())}
 

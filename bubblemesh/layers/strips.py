@@ -5,14 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, cross, members
+from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import Heights, column_nodes, reached
 from bubblemesh.layers.walls import Walls
+from bubblemesh.meshes.quads import corner_angles
 from bubblemesh.records import record
 from bubblemesh.spacing.rules.sources import Sources
 
 WIDEST_HALVED = np.radians(145)  # largest angle of a triangle that is halved
+FLAT_CORNER = np.radians(170)  # largest angle of a quadrilateral that is one in files
 TINY = np.finfo(float).tiny
 LOW_FAN = 0.2  # of the spacing at its foot: shorter edges of a fan's front have the edges of the wall grow from there
 
@@ -156,9 +158,13 @@ class Strips:
 
     @property
     def are_quads(self) -> Booleans:
-        """Mask (q,) of the cells with four nodes that stay quadrilaterals in files."""
-        quads = np.array([ladder.quads for ladder in self.columns.ladders])
-        return quads[self.walls.ladder[self.columns.side[self.quads[1]]]]
+        """Mask (q,) of the cells with four nodes that stay quadrilaterals in files.
+
+        The map of one with an angle near 180 degrees is nearly singular at that corner, unlike those of its halves.
+        """
+        corners, pair = self.quads
+        asked = np.array([ladder.quads for ladder in self.columns.ladders])[self.walls.ladder[self.columns.side[pair]]]
+        return asked & (corner_angles(self.x[corners]).max(axis=1) <= FLAT_CORNER)
 
     @property
     def curved(self) -> tuple[Integers, Floats]:
@@ -190,8 +196,7 @@ class Strips:
     @staticmethod
     def _split_from_first(corner: Floats) -> Booleans:
         """Whether the diagonal (q,) from the first of four corners (q, 4, 2) makes the largest angle least."""
-        ahead, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
-        angle = np.arctan2(cross(ahead, back), (ahead * back).sum(axis=-1))
+        angle = corner_angles(corner)
         # A diagonal halves the angles at its ends; of the two others the larger one stays.
         first: Booleans = np.maximum(angle[:, 1], angle[:, 3]) <= np.maximum(angle[:, 0], angle[:, 2])
         return first

@@ -90,6 +90,12 @@ def _apex(mine: Integers, other: Integers) -> Integers:
     return np.argmin(shared, axis=1)
 
 
+def corner_angles(corners: Floats) -> Floats:
+    """Angles (q, 4) in radians at the corners (q, 4, 2) of convex quadrilaterals that are counter-clockwise."""
+    ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    return np.asarray(np.arctan2(cross(ahead, back), (ahead * back).sum(axis=-1)))
+
+
 def diagonals(triangles: Integers, quads: Integers) -> Integers:
     """Number (q, 2) of the side of each half that is the diagonal: side k goes from corner k to corner k + 1."""
     first, second = triangles[quads[:, 0]], triangles[quads[:, 1]]

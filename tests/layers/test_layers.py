@@ -17,6 +17,7 @@ from bubblemesh.geometry.domain import NOTHING_HELD
 from bubblemesh.layers.figures import layer_figures
 from bubblemesh.layers.heights import reached
 from bubblemesh.meshes.edges import unique_edges
+from bubblemesh.meshes.quads import corner_angles, quadrilaterals
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
@@ -418,6 +419,21 @@ def test_cells_are_quadrilaterals_if_asked_for():
     for cells, many in (("triangles", 0), ("quads", 5)):
         mesh = run(CHANNEL, {"on": "bottom", **FIVE, "cells": cells}).mesh
         assert len(mesh.quads) == many * ((mesh.points[:, 1] == 0).sum() - 1)
+
+
+def test_cells_with_an_angle_near_180_degrees_are_no_quadrilaterals():
+    """Beside the bump columns lean towards each other. The report tells the largest angle of the others."""
+    floor = [[0, 0], [1, 0], [1.02, 0.06], [1.04, 0], [2.2, 0]]
+    outer = {"polygon": [*floor, [2.2, 0.5], [0, 0.5]], "labels": ["floor"] * 4 + ["far"] * 3}
+    result = run(
+        {"outer": outer}, {"on": "floor", "first": 0.006, "until": "isotropic", "cells": "quads"}, spacing=0.06
+    )
+    mesh, (row,) = result.mesh, result.report["layers"]
+    angles = np.degrees(corner_angles(mesh.points[quadrilaterals(mesh.triangles, mesh.quads)]))
+    in_layers = result.fields["layer"] > 0
+    halves = Measures(mesh.points, mesh.triangles[in_layers]).angles
+    assert 150 < angles.max() <= 170
+    assert row["angle_max"]["degrees"] == max(angles.max(), halves.max())
 
 
 @pytest.mark.parametrize("cells", ["triangles", "quads"])
