@@ -7,7 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, members
 from bubblemesh.layers.columns import Columns
-from bubblemesh.layers.heights import Heights, column_nodes, reached
+from bubblemesh.layers.heights import Heights, column_nodes, gradual, reached
 from bubblemesh.layers.walls import Walls
 from bubblemesh.meshes.quads import corner_angles
 from bubblemesh.records import record
@@ -111,9 +111,19 @@ class Strips:
         foot = self.columns.pair[fans, 0]
         length = np.hypot(*np.diff(self.x[self.fronts[fans]], axis=1)[:, 0].T)
         # Layers of a given number that end early for lack of room would have less of it if the wall had more nodes.
-        complete = self.columns.are_isotropic[foot] | (self.heights.count >= self.heights.requested)[foot]
-        low = complete & (length < LOW_FAN * self.columns.spacing[foot])
+        complete = self.columns.are_isotropic | (self.heights.count >= self._due)
+        low = complete[foot] & (length < LOW_FAN * self.columns.spacing[foot])
         return Sources(self.columns.at[foot[low]], length[low])
+
+    @property
+    def _due(self) -> Integers:
+        """Number (c,) of layers that are asked for, or fewer where other layers on the wall beside have few."""
+        columns, heights = self.columns, self.heights
+        due = np.zeros(len(columns), np.int64)
+        for number in range(len(columns.ladders)):
+            mine = columns.ladder == number
+            due[mine] = gradual(columns, np.where(mine, heights.requested, heights.most.count))[mine]
+        return due
 
     @property
     def _levels(self) -> tuple[Integers, Integers, Booleans]:

@@ -146,6 +146,7 @@ def test_walls_with_different_layers_meet_in_one_column():
 LOW_FANS = {
     "thin layers": [{"on": ["floor", "step"], "first": 0.001, "count": 5}],
     "two kinds": [{"on": "floor", "first": 0.0008, "until": "isotropic"}, {"on": "step", "first": 0.016, "count": 4}],
+    "two counts": [{"on": "floor", "first": 0.0008, "count": 20}, {"on": "step", "first": 0.016, "count": 4}],
 }
 
 
