@@ -9,14 +9,29 @@ from dataclasses import replace
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, components
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import turning
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH
 from bubblemesh.layers.walls import Walls, rotated
 
 SHORT = 0.5  # edges, in terms of the first layer
+ROUND = 1.3  # first layers: fillets of a smaller radius are as corners
+# Of these: in sharper corners the first node of the column in the middle would be too near to the chord of a fillet.
+LARGEST_TURN = np.radians(100)
 LEAST_TURN = np.radians(10)  # of the wall at such a bend
 FARTHEST = 5.0  # lengths of a bend to where the walls beside it would meet
 LOW = 2.0  # first layers: columns that meet below are one
+
+
+def fillet_radii(boundary: Boundary) -> Floats:
+    """Mean radii (p,) of the pieces of a boundary that are curves and turn as fillets do; infinite for all others."""
+    curved = np.flatnonzero(boundary.approximated & ~boundary.closed)
+    length, radii = boundary.lengths[curved], np.full(len(boundary.lengths), np.inf)
+    turn = np.abs(turning(boundary.tangents(curved, np.zeros(len(curved))), boundary.tangents(curved, length)))
+    fillet = (turn > 0) & (turn <= LARGEST_TURN)
+    radii[curved[fillet]] = length[fillet] / turn[fillet]
+    return radii
 
 
 def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
@@ -24,7 +39,7 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
 
     Such a column goes up from where the walls beside the bend would meet, as from a corner there.
     """
-    columns, pairs = _bends(columns), _meeting(columns, free)
+    columns, pairs = _bends(columns, walls), _meeting(columns, walls, free)
     if not pairs.any():
         return columns
     group = components(columns.pair[pairs], len(columns))
@@ -46,33 +61,42 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
     return replace(columns, at=at, foot_up=up, up=up, owner=owner, pinch=kept, twins=twins)
 
 
-def _bends(columns: Columns) -> Columns:
+def _bends(columns: Columns, walls: Walls) -> Columns:
     """The columns, of which those on the same short edges know the first one."""
-    group = components(columns.pair[_short(columns)[0]], len(columns))
+    group = components(columns.pair[_short(columns, walls)[0]], len(columns))
     return replace(columns, leader=np.unique(group, return_index=True)[1][group])
 
 
-def parting(columns: Columns) -> Booleans:
+def parting(columns: Columns, walls: Walls) -> Booleans:
     """Mask (c,) of the columns on such short edges that part, or go up side by side: they are a fan as they are."""
-    short, nearer, _ = _short(columns)
+    short, nearer, _ = _short(columns, walls)
     found = np.zeros(len(columns), bool)
     found[columns.pair[short & columns.apart & ~(nearer > 0)]] = True
     return found
 
 
-def _meeting(columns: Columns, free: Booleans) -> Booleans:
-    """Mask (p,) of the pairs on short edges whose columns meet below the first layer."""
-    short, nearer, first = _short(columns)
-    return np.asarray(
-        short & free[columns.pair].all(axis=1) & (nearer > 0) & (columns.bare_widths < LOW * nearer * first)
-    )
+def _meeting(columns: Columns, walls: Walls, free: Booleans) -> Booleans:
+    """Mask (p,) of the pairs on short edges whose columns meet soon, and on fillets whose columns meet at all."""
+    short, nearer, first = _short(columns, walls)
+    soon = (columns.bare_widths < LOW * nearer * first) | _on_fillets(columns, walls)
+    return np.asarray(short & free[columns.pair].all(axis=1) & (nearer > 0) & soon)
 
 
-def _short(columns: Columns) -> tuple[Booleans, Floats, Floats]:
-    """Mask (p,) of pairs on short edges, how they come nearer for each unit of height, and heights of first layers."""
+def _on_fillets(columns: Columns, walls: Walls) -> Booleans:
+    """Mask (p,) of the pairs on fillets whose radius is about the height of the first layer, or below."""
+    radius = fillet_radii(walls.domain.boundary)[walls.piece[columns.side]]
+    return radius < ROUND * columns.first[columns.pair[:, 0]]
+
+
+def _short(columns: Columns, walls: Walls) -> tuple[Booleans, Floats, Floats]:
+    """Mask (p,) of pairs on short edges, how they come nearer for each unit of height, and heights of first layers.
+
+    Edges of small fillets count as short.
+    """
     (i, j), width = columns.pair.T, columns.bare_widths
     first = columns.first[i]
-    short = ~columns.fan & (columns.ladder[i] == columns.ladder[j]) & (width < SHORT * first)
+    tiny = (width < SHORT * first) | _on_fillets(columns, walls)
+    short = ~columns.fan & (columns.ladder[i] == columns.ladder[j]) & tiny
     with np.errstate(divide="ignore", invalid="ignore"):
         nearer = -((columns.up[j] - columns.up[i]) * (columns.at[j] - columns.at[i])).sum(axis=1) / width
     return short, nearer, first

@@ -210,7 +210,7 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
     free = (columns.follows < 0) & ~columns.ends
     free[[column for _, around in made.fans for column in around]] = False
     columns = pinched(columns, walls, free)
-    free &= ~(columns.are_pinched | parting(columns))
+    free &= ~(columns.are_pinched | parting(columns, walls))
     on_curve = free & (walls.node_piece[foot] >= 0) & (made.turns() < ROUGH)
     columns, smooth = on_curves(columns, walls, on_curve, made.turns())
     return blended(columns, free, smooth, made.normals)

@@ -12,7 +12,7 @@ from bubblemesh.case.layers import LayerKeys
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder, count_of, first_of, growth_of
-from bubblemesh.layers.pinches import SHORT
+from bubblemesh.layers.pinches import ROUND, SHORT, fillet_radii
 from bubblemesh.layers.pipeline import HighLayerError, layered
 from bubblemesh.layers.rest import Rest
 from bubblemesh.messages import meant
@@ -63,11 +63,17 @@ def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
 
 
 def hidden_below(domain: Domain, ladders: Sequence[Ladder]) -> Floats:
-    """Length (p,) up to which edges of each piece of the boundary are hidden below layers, and make nothing finer."""
+    """Length (p,) up to which edges of each piece of the boundary are hidden below layers, and make nothing finer.
+
+    Fillets are hidden as a whole if their radius is about the height of the first layer, or below.
+    """
     boundary, hidden = domain.boundary, np.zeros(len(domain.boundary.lengths))
+    radii = fillet_radii(boundary)
     for ladder in ladders:
         mine = np.isin(boundary.label, [boundary.labels.index(label) for label in ladder.labels])
         hidden[mine] = np.maximum(hidden[mine], SHORT * ladder.first)
+        fillets = mine & (radii < ROUND * ladder.first)
+        hidden[fillets] = np.maximum(hidden[fillets], boundary.lengths[fillets])
     return hidden
 
 

@@ -743,13 +743,25 @@ def test_columns_part_evenly_around_small_chamfers_and_fillets(hole):
 
 @pytest.mark.parametrize("radius", [1e-4, 1e-3, 1.2e-3])
 def test_small_fillets_at_concave_corners_are_as_corners_also_if_they_are_arcs(radius):
-    arc = {"to": [3 - radius, 1], "center": [3 - radius, 1 - radius], "turn": "left"}
-    ring = {"path": [[0, 0], [3, 0], [3, 1 - radius], {"arc": arc}, [0, 1]], "label": "wall"}
-    result = run({"outer": ring}, {"on": "wall", "first": 0.004, "until": "isotropic"}, spacing=0.08)
+    result = run(inner_fillet(radius), {"on": "wall", "first": 0.004, "until": "isotropic"}, spacing=0.08)
     row = row_of(result, "wall")
     assert row["count"]["least"] >= 10
     assert row["first"]["kept"] == 1
     assert result.report["warnings"] == []
+
+
+def inner_fillet(radius):
+    arc = {"to": [3 - radius, 1], "center": [3 - radius, 1 - radius], "turn": "left"}
+    return {"outer": {"path": [[0, 0], [3, 0], [3, 1 - radius], {"arc": arc}, [0, 1]], "label": "wall"}}
+
+
+@pytest.mark.parametrize("radius", [1.5e-3, 3e-3, 5e-3])
+@pytest.mark.parametrize("heights", [{"until": "isotropic"}, {"count": 8}], ids=["isotropic", "count"])
+def test_fillets_of_a_radius_about_the_first_height_are_as_corners(radius, heights):
+    layers = {"on": "wall", "first": 0.004, **heights}
+    rows = [layers_of(prepared(inner_fillet(r), layers, spacing=0.08), "wall") for r in (0.0001, radius)]
+    assert rows[0].count == rows[1].count
+    assert (rows[1].compressed, rows[1].first["kept"]) == (1, pytest.approx(1))
 
 
 @pytest.mark.parametrize(
