@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.errors import Key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, size_ratios
@@ -32,7 +33,7 @@ GRADINGS, SAME = 5, 1.2  # one after the other, at most, and times that sizes ma
 class InMetric(NamedTuple):
     """Metrics of a problem, the spacing in them that is asked for, what is known of it, and warnings."""
 
-    metrics: tuple[MetricRequest, ...]
+    metrics: tuple[MetricRequest, ...]  # with a gradation one, that is graded: what is packed is nowhere coarser
     requested: MetricSpacing
     survey: Survey
     warnings: tuple[str, ...]
@@ -47,8 +48,7 @@ class InMetric(NamedTuple):
         """
         ellipses: EllipsesAt = Intersection(self.metrics, spacing, domain.size)
         ellipses = ellipses if short is None else BesideEdges(ellipses, *short)
-        fitted = MetricSpacing.of(ellipses, self.requested.aspect)
-        bent = _graded(domain, fitted, self.metrics, max_nodes)
+        bent = MetricSpacing.of(ellipses, self.requested.aspect)
         return _with_fewer_nodes(bent.straightened(), bent, domain, max_nodes)
 
 
@@ -69,6 +69,7 @@ def spacing_in_metrics(
     graded_one = _graded(domain, requested, metrics, max_nodes)
     if graded_one is not requested:
         requested, survey = graded_one, surveyed(domain, graded_one, max_nodes, cover)
+        metrics = [MetricRequest(requested.ellipses, np.inf, Key(["metric"]))]
     return InMetric(tuple(metrics), requested, survey, (*too_long, *_differing_sides(domain, requested)))
 
 

@@ -225,6 +225,17 @@ def test_a_metric_that_jumps_in_direction_is_told_and_graded_if_the_case_says_so
     assert np.quantile(found, 0.99) < 0.36
 
 
+def test_what_is_packed_of_a_graded_metric_is_nowhere_coarser_than_it():
+    curved = {"angle": "sin(5*x)", "across": "0.15*exp(-0.8*(1+sin(3.6*x-4.3*y)))", "gradation": 0.3}
+    holes = [{"rectangle": [0.6, 0.7, 0.63, 0.9]}]
+    problem = prepare(metric_case(curved, holes=holes, spacing=0.15))
+    x = np.random.default_rng(0).random((500, 2))
+    x = x[problem.domain.contains(x)]
+    fine = problem.packing_spacing.unstraightened(x) / problem.spacing(x)
+    assert fine.max() < 1 + 1e-9
+    assert fine.min() < 0.99  # beside the hole
+
+
 def test_ellipses_are_circles_around_points_that_share_a_label_with_walls():
     case = {
         "domain": {
