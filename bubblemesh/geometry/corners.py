@@ -73,6 +73,25 @@ def corner_fans(boundary: Boundary) -> CornerFans:
     )
 
 
+def turns(boundary: Boundary, walls: Booleans) -> Floats:
+    """Angles (k,) in radians by which directions to the nearest of some pieces (p,) turn around each corner.
+
+    Only directions from places in the domain count: around the end of an embedded line they turn by half a turn, around
+    a corner of 90 degrees of a hole by a quarter, and around one of a convex domain not at all.
+    """
+    looked_at = walls | ~boundary.inner
+    chosen, wall = boundary.select(np.flatnonzero(looked_at)), walls[looked_at]
+    ends = corner_fans(chosen)
+    alone = ends.following == np.arange(len(ends.piece))
+    between = np.where(alone, 2 * np.pi, ends.angle_to(ends.following))
+    # For a quarter of a turn beside a wall the nearest place is on it.
+    walled = wall[ends.piece].astype(int) + wall[ends.piece[ends.following]]
+    inside = (ends.within(chosen) | (alone & chosen.inner[ends.piece])) & (walled > 0)
+    found = np.zeros(len(boundary.corners))
+    np.maximum.at(found, ends.corner[inside], (between - np.pi / 2 * walled)[inside])
+    return found
+
+
 TANGENT = 1e-5  # radians between two directions that are the same
 LEAST_BEND = 0.06  # relative difference of the curvatures below which edges of one curve would cross the other
 STRAIGHT = 1e-9  # radians over the length of the shorter piece

@@ -1,20 +1,28 @@
 """Ellipses of the kinds of metrics that a case can give, as functions of the place."""
 
 from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
+from bubblemesh.geometry.corners import turns
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.tensors import Axes, axes
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import EllipsesAt
 
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
 NumberAt = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
 SQUARE = 1e-3  # cosine of the angle between a wall and the way to it that is a right one, but for rounding on curves
 INFINITE = 1e100  # size that asks for nothing
+TURNED = 0.5  # radians by which ellipses turn around a corner that makes them rounder
+LONGER = 0.7  # growth of their length away from it
 
 
 @record
@@ -59,7 +67,11 @@ class Entries:
 
 @record
 class AlongWalls:
-    """Ellipses that lie along the nearest of some walls, whose size across grows away from there; circles at points."""
+    """Ellipses that lie along the nearest of some walls, whose size across grows away from there; circles at points.
+
+    Around the ends and corners of walls they turn: there they are circles, and away from there as long as the distance
+    allows.
+    """
 
     domain: Domain
     labels: tuple[str, ...]
@@ -85,7 +97,19 @@ class AlongWalls:
         direction[of_point] = 1.0, 0.0
         along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
         across = np.where(along > 0, np.minimum(self.across + self.growth * distance, along), np.nan)
+        if self._corners is not None:
+            along = np.minimum(along, across + LONGER * self._corners.query(points)[0])
         return Axes(across, np.where(of_point, across, along), direction)
+
+    @cached_property
+    def _corners(self) -> "KDTree | None":
+        """Tree of the corners around which ellipses turn: ends and bends of walls; None without any."""
+        from scipy.spatial import KDTree  # takes longer to load than to mesh a small case without it
+
+        boundary = self.domain.boundary
+        walls = np.isin(np.array(boundary.labels)[boundary.label], self.labels)
+        sharp = turns(boundary, walls) > TURNED
+        return KDTree(boundary.corners[sharp]) if sharp.any() else None
 
 
 @record

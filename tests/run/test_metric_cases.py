@@ -236,6 +236,18 @@ def test_what_is_packed_of_a_graded_metric_is_nowhere_coarser_than_it():
     assert fine.min() < 0.99  # beside the hole
 
 
+def test_ellipses_along_walls_are_circles_at_ends_and_bends_and_longer_away_from_them():
+    lines = [{"path": [[0.3, 0.5], [0.5, 0.55], [0.53, 0.45]], "label": "w"}]
+    domain = {"outer": {"rectangle": [0, 0, 1, 1]}, "lines": lines}
+    problem = prepare(metric_case({"like": "boundary", "label": "w", "across": 0.01}, domain=domain, spacing=0.1))
+    at = problem.spacing.axes(np.array([[0.3, 0.5], [0.5, 0.55], [0.53, 0.45], [0.4, 0.525], [0.2, 0.475]]))
+    np.testing.assert_allclose(at.aspects[:3], 1)
+    np.testing.assert_allclose(at.along[3:], [0.01 + 0.7 * np.hypot(0.1, 0.025), 0.1], rtol=1e-6)
+    report = mesh_problem(problem).report
+    assert report.quality["p01"] > 0.6
+    assert report.nodes < 400
+
+
 def test_ellipses_are_circles_around_points_that_share_a_label_with_walls():
     case = {
         "domain": {
