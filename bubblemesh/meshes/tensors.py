@@ -26,7 +26,8 @@ class Axes(NamedTuple):
     @property
     def aspects(self) -> Floats:
         """Ratios (n,) of the largest to the least spacing."""
-        return self.along / self.across
+        with np.errstate(over="ignore"):
+            return self.along / self.across
 
     @property
     def diameters(self) -> Floats:

@@ -21,6 +21,7 @@ NumberAt = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
 SQUARE = 1e-3  # cosine of the angle between a wall and the way to it that is a right one, but for rounding on curves
 INFINITE = 1e100  # size that asks for nothing
+LEAST = 1e-140  # entry that asks for nothing: of smaller ones the determinant would be no number above zero
 TURNED = 0.5  # radians by which ellipses turn around a corner that makes them rounder
 LONGER = 0.7  # growth of their length away from it
 
@@ -61,7 +62,9 @@ class Entries:
         """Axes of the ellipses at x (n,) and y (n,)."""
         m11, m12, m22 = self.m11(x, y), self.m12(x, y), self.m22(x, y)
         with np.errstate(invalid="ignore", over="ignore"):
-            positive = (m11 > 0) & (m22 > 0) & (m11 * m22 > m12 * m12)
+            positive = (m11 > 0) & (m22 > 0)
+            m11, m22 = np.maximum(m11, LEAST), np.maximum(m22, LEAST)
+            positive &= m11 * m22 > m12 * m12
         return axes(np.where(positive[:, None], np.column_stack([m11, m12, m22]), np.nan))
 
 

@@ -1,6 +1,6 @@
 """Metrics of a case, bound to its domain."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -28,6 +28,7 @@ class MetricRequest(NamedTuple):
     key: Key
     gradation: float = np.inf  # growth over a length of 1
     notes: tuple[str, ...] = ()  # what was chosen of its file
+    numbers: Mapping[str, Number] = {}  # of which it is made, by their keys
 
     def scaled(self, scale: float) -> "MetricRequest":
         """The metric with all sizes multiplied."""
@@ -50,12 +51,14 @@ def metric_requests(
 
 def _request(model: AnyMetric, domain: Domain, key: Key, rasters: Rasters) -> MetricRequest:
     """The metric of a model, with its expressions bound to the domain; errors name the ``key`` and the one within."""
+    numbers = dict[str, NumberAt]()
 
     def number(name: str) -> NumberAt:
         value = getattr(model, name)
         with at_key(*key, name):
             expression = value if isinstance(value, Expression) else Expression.parse(repr(float(value)))
-            return bound_in(domain.unprojection, expression, partial(distance_to_labels, domain), rasters)[0]
+            numbers[name], _ = bound_in(domain.unprojection, expression, partial(distance_to_labels, domain), rasters)
+        return numbers[name]
 
     plane = domain.plane
     along = None if getattr(model, "along", None) is None else number("along")
@@ -77,4 +80,4 @@ def _request(model: AnyMetric, domain: Domain, key: Key, rasters: Rasters) -> Me
                 ellipses = ellipses if plane is None else AtGivenPlaces(ellipses, plane)
     if plane is not None:
         ellipses = OnTheGround(ellipses, plane, turned=not isinstance(model, WallMetric))
-    return MetricRequest(ellipses, model.aspect, key, model.gradation or np.inf, notes)
+    return MetricRequest(ellipses, model.aspect, key, model.gradation or np.inf, notes, numbers)

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.errors import Key
+from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, size_ratios
+from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, require_positive_definite, size_ratios
 from bubblemesh.messages import place, two_places
 from bubblemesh.problem.ellipses import Scaled
 from bubblemesh.problem.metric import MetricRequest
@@ -24,6 +24,7 @@ from bubblemesh.spacing.metric.short_edges import BesideEdges
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
 
+ANY_SIGN = "angle", "m12"  # numbers of a metric that may be negative
 STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times that a size may differ there
 EXCEEDED = 1.001  # of the largest aspect: a larger one has a warning
 LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
@@ -57,10 +58,11 @@ def spacing_in_metrics(
 ) -> InMetric:
     """The spacing in metrics and below the given one.
 
-    CaseError where a metric is not positive, with the place; LimitError if there would be more than ``max_nodes``
+    CaseError where a metric is not positive, with its key and the place; LimitError if there would be more than ``max_nodes``
     nodes.
     """
     points = np.vstack([domain.polygonal_copy.points, cover.points, cover.corners.mean(axis=1)])
+    _require_metrics(metrics, points)
     too_long = tuple(_too_long(metrics, spacing, points))
     requested = metric_below(metrics, spacing)
     survey = surveyed(domain, requested, max_nodes, cover)
@@ -161,6 +163,23 @@ def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
 def _aspect(spacing: MetricSpacing, points: Floats) -> float:
     """Largest aspect at points (n, 2)."""
     return float(spacing.axes(points).aspects.max())
+
+
+def _require_metrics(metrics: Sequence[MetricRequest], points: Floats) -> None:
+    """Check metrics, and the numbers of which they are made, at points (n, 2); CaseError with key, value and place."""
+    for metric in metrics:
+        for name, number in metric.numbers.items():
+            values = number(*points.T)
+            good = np.isfinite(values) & ((values > 0) | (name in ANY_SIGN))
+            if not good.all():
+                k = int(good.argmin())
+                allowed = "a finite number" if name in ANY_SIGN else "positive and finite"
+                with at_key(*metric.key, name):
+                    raise CaseError(
+                        f"is {values[k]:g} at {place(points[k])}: it has to be {allowed} in the whole domain"
+                    )
+        with at_key(*metric.key):
+            require_positive_definite(metric.ellipses(*points.T).diameters, lambda k: points[k])
 
 
 def _too_long(metrics: Sequence[MetricRequest], spacing: Spacing, points: Floats) -> Iterator[str]:

@@ -1,5 +1,7 @@
 """Cases with a metric, from the file to the mesh."""
 
+import re
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -151,10 +153,29 @@ def test_regions_lines_points_and_periodic_sides_go_with_a_metric():
 
 
 def test_a_metric_that_is_not_positive_is_refused_with_its_place():
-    with pytest.raises(CaseError, match=r"metric: is not positive definite and finite at \("):
+    with pytest.raises(CaseError, match=r"^metric: is not positive definite and finite at \("):
         prepare(metric_case({"m11": 100, "m12": "200*x", "m22": 100}))
-    with pytest.raises(CaseError, match="metric: "):
+    with pytest.raises(CaseError, match=r"^metric.across: is -0.5 at \(0, 0\): it has to be positive and finite"):
         prepare(metric_case({"angle": 0, "across": "x - 0.5"}))
+
+
+@pytest.mark.parametrize(
+    ("second", "told"),
+    [
+        ({"angle": 0, "across": "x - 0.5"}, "metric.1.across: is -0.5 at (0, 0): it has to be positive and finite"),
+        ({"angle": "log(x-1)", "across": 1}, "metric.1.angle: is nan at (0, 0): it has to be a finite number"),
+        ({"m11": 1, "m22": 1, "m12": 1}, "metric.1: is not positive definite and finite at (0, 0)"),
+    ],
+)
+def test_of_several_metrics_the_one_with_the_fault_is_told(second, told):
+    with pytest.raises(CaseError, match=re.escape(told)):
+        prepare(metric_case([{"angle": 0, "across": 0.05}, second]))
+
+
+@pytest.mark.parametrize("nothing", [{"m11": 1e-300, "m22": 1e-300}, {"angle": 0, "across": 1e60}])
+def test_a_metric_that_asks_for_nothing_leaves_the_spacing(nothing):
+    problem = prepare(metric_case(nothing, spacing=0.1))
+    np.testing.assert_allclose(problem.spacing(np.array([[0.5, 0.5]])), 0.1)
 
 
 def test_an_estimate_tells_the_aspect():
