@@ -17,7 +17,7 @@ from bubblemesh.geometry.geography import same_system
 from bubblemesh.meshfiles.fields import read_field
 from bubblemesh.messages import extent, given_coordinates
 from bubblemesh.problem.crs import given_bounds
-from bubblemesh.readers.grids.grids import Box, filled_from_nearest, is_grid, read_grid, system_of
+from bubblemesh.readers.grids.grids import Box, Grid, filled_from_nearest, is_grid, read_grid, system_of
 from bubblemesh.readers.grids.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField, scattered
@@ -88,10 +88,17 @@ def rasters_in(
 ) -> tuple[tuple[Raster, ...], tuple[str, ...]]:
     """The rasters by some names in a file, around a box in a system, and notes on them; errors have the file.
 
-    The ``bounds`` are those of the pixels, if the file does not say where these are.
+    The ``bounds`` are those of the pixels, if the file does not tell where these are. What one of them misses in a
+    pixel, all miss there: they are numbers of one thing.
     """
-    terms = (RasterTerm(file=file, name=name, bounds=bounds) for name in names)
-    found, notes = zip(*(_grid(term, box, system) for term in terms), strict=True)
+    terms = [RasterTerm(file=file, name=name, bounds=bounds) for name in names]
+    if not is_grid(Path(file)):
+        return tuple(_array(term, signed=True) for term in terms), ()
+    grids = [_around(term, box, system) for term in terms]
+    if len({grid.values.shape for grid in grids}) == 1:
+        lacking = np.isnan([grid.values for grid in grids]).any(axis=0)
+        grids = [grid._replace(values=np.where(lacking, np.nan, grid.values)) for grid in grids]
+    found, notes = zip(*(_complete(term, grid) for term, grid in zip(terms, grids, strict=True)), strict=True)
     return found, tuple(dict.fromkeys(note for several in notes for note in several))
 
 
@@ -157,6 +164,11 @@ def _grid(term: RasterTerm, box: Box, system: str | None, *, signed: bool = True
     """A raster that may have places of its own, around a box, and notes on what is missing or left out of it."""
     if not is_grid(Path(term.file)):
         return _array(term, signed=signed), []
+    return _complete(term, _around(term, box, system), signed=signed)
+
+
+def _around(term: RasterTerm, box: Box, system: str | None) -> Grid:
+    """The values around a box of a raster that has places of its own."""
     with prefixed(term.file):
         if term.bounds is not None or term.origin == "upper":
             raise CaseError("says itself where its pixels are: leave bounds and origin out")
@@ -164,7 +176,12 @@ def _grid(term: RasterTerm, box: Box, system: str | None, *, signed: bool = True
         own = None if system is None else system_of(path)
         if system is not None and own is not None and not same_system(system, own):
             raise CaseError(f"is in another system than crs.from: take it there by gdalwarp -t_srs {system}")
-        grid = read_grid(path, term.name, box)
+        return read_grid(path, term.name, box)
+
+
+def _complete(term: RasterTerm, grid: Grid, *, signed: bool = True) -> tuple[Raster, list[str]]:
+    """A raster of values around a box, where some may be missing, and notes on what is missing or left out."""
+    with prefixed(term.file):
         values, missing = filled_from_nearest(grid.values)
         notes = []
         if missing:
