@@ -16,7 +16,7 @@ from bubblemesh.messages import given_coordinates, place
 from bubblemesh.problem.crs import given_bounds, given_system, require_given
 from bubblemesh.problem.data_terms import rasters_in
 from bubblemesh.problem.ellipses import Entries
-from bubblemesh.readers.grids.grids import Box
+from bubblemesh.readers.grids.grids import Box, is_grid
 from bubblemesh.readers.grids.netcdf import netcdf
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.metric.field import TensorField
@@ -43,9 +43,9 @@ def read_ellipses(model: FieldMetric, domain: Domain) -> tuple[EllipsesAt, tuple
 
 
 def _has_rasters(path: Path) -> bool:
-    """Whether a file is one of NumPy's arrays, or a NetCDF file with a grid m11, which others may be of meshes."""
+    """Whether a file has rasters; a NetCDF file has, if it has a grid m11: others may be of meshes."""
     if path.suffix.lower() != ".nc":
-        return path.suffix.lower() == ".npz"
+        return path.suffix.lower() == ".npz" or is_grid(path)
     with prefixed(path), netcdf(local_copy(path)) as variables:
         return ENTRIES[0] in variables and len(variables[ENTRIES[0]].shape) >= 2
 
@@ -61,6 +61,11 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[EllipsesAt, tuple
         _require_meeting("grid", first.bounds, domain)
         if any(not (np.array_equal(one.x, first.x) and np.array_equal(one.y, first.y)) for one in found):
             raise CaseError("m11, m12 and m22 have pixels at other places: write them on one grid")
+        if all(np.array_equal(one.values, first.values) for one in found):
+            raise CaseError(
+                "has one grid, and a metric takes three: write m11, m12 and m22 as bands of these names, or give each "
+                "grid a name under spacing.raster and set m11: raster.NAME, m12 and m22 likewise"
+            )
         tensors = np.column_stack([one.values.ravel() for one in found])
         columns = len(first.x)
         require_positive_definite(area_sizes(tensors), lambda k: (first.x[k % columns], first.y[k // columns]))

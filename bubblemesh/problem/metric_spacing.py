@@ -58,8 +58,8 @@ def spacing_in_metrics(
 ) -> InMetric:
     """The spacing in metrics and below the given one.
 
-    CaseError where a metric is not positive, with its key and the place; LimitError if there would be more than ``max_nodes``
-    nodes.
+    CaseError where a metric is not positive, with its key and the place; LimitError if there would be more than
+    ``max_nodes`` nodes.
     """
     points = np.vstack([domain.polygonal_copy.points, cover.points, cover.corners.mean(axis=1)])
     _require_metrics(metrics, points)

@@ -70,6 +70,25 @@ def test_a_netcdf_file_has_all_entries_and_what_one_misses_all_miss(tmp_path, mi
     assert any("9.1% of the values" in text for text in prepare(case).warnings) is bool(missing)
 
 
+@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")  # of rasterio's own
+def test_bands_of_a_geotiff_are_read_by_their_names(tmp_path):
+    rasterio = pytest.importorskip("rasterio")
+    shape = {"width": 21, "height": 11, "count": 3, "dtype": "float64"}
+    place = rasterio.transform.from_bounds(-0.025, -0.05, 1.025, 1.05, 21, 11)
+    with rasterio.open(tmp_path / "m.tif", "w", driver="GTiff", transform=place, **shape) as file:
+        for band, (name, values) in enumerate({"m22": M22, "m11": M11, "m12": 0 * M11}.items(), 1):
+            file.write(values, band)
+            file.set_band_description(band, name)
+    require_wide_to_the_right(case_with(tmp_path, {"file": "m.tif"}))
+
+
+def test_a_file_of_one_grid_is_no_metric(tmp_path):
+    head = "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 0.5\n"
+    (tmp_path / "m.asc").write_text(head + "1 2\n3 4\n")
+    with pytest.raises(BubblemeshError, match=r"metric: .*m\.asc: has one grid, and a metric takes three: write m11"):
+        prepare(case_with(tmp_path, {"file": "m.asc"}))
+
+
 @pytest.mark.parametrize(
     ("arrays", "keys", "match"),
     [
