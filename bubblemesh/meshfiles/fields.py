@@ -15,7 +15,7 @@ from bubblemesh.meshfiles.read import CORNERS, LINEAR, REAL, MeshFile, digits, r
 MMG = (".mesh", ".meshb")  # endings of files whose data are in a file beside them
 NO_SOL = ": it has to be in a .sol file of the same name beside it"
 AVERAGE = "write values at the nodes, as the means of the cells around each"
-HIGHER_ORDER = "has cells of higher order: the estimate is that of linear triangles with the values at the corners"
+HIGHER_ORDER = "has cells of higher order: they count as linear triangles, with the values at the corners"
 # Parts that cover faces of any kind: all data at nodes counts.
 PARTS = {
     "triangle": [[0, 1, 2]],

@@ -15,6 +15,7 @@ from bubblemesh.meshfiles.read import MeshWithData, cell_data_of
 from bubblemesh.messages import counted, place
 
 COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
+SEPARATE = "m11", "m12", "m22"  # names of data with one entry each
 SAME_AS_M12 = {3: 1, 4: 2, 9: 3}  # column of m21, by the same
 TENSORS_TOLD = (*MMG, ".sol", ".pos")  # endings of files whose formats have a kind of data for tensors
 UNEQUAL = 1e-6  # relative difference of m12 and m21 that is more than rounding of short numbers
@@ -23,9 +24,9 @@ UNEQUAL = 1e-6  # relative difference of m12 and m21 that is more than rounding 
 def read_metric(path: Path, name: str | None, chosen_by: str) -> NodalField:
     """Read a metric in a mesh file of triangles, with positive tensors (n, 3) as its values.
 
-    It is the data ``name`` at the nodes, or the only data there. If no data at the nodes has as many numbers as a
-    tensor, nodes get the mean of the tensors of the triangles around. The same errors as `linear_triangles` and
-    `nodal_field`; CaseError if the data is not a metric.
+    It is the data ``name`` at the nodes, the only data there, or m11, m12 and m22 as data of their own. If no data at
+    the nodes has as many numbers as a tensor, nodes get the mean of the tensors of the triangles around. The same
+    errors as `linear_triangles` and `nodal_field`; CaseError if the data is not a metric.
     """
     file = linear_triangles(path)
     named = name is not None or _names(file.source.point_data)
@@ -33,7 +34,9 @@ def read_metric(path: Path, name: str | None, chosen_by: str) -> NodalField:
     if of_triangles is not None:
         tensors = nodes_of_triangles(file.triangles, of_triangles, len(file.points))
         return NodalField("metric", file.points, file.triangles, tensors, file.source.notes)
-    read = nodal_field(file, name, chosen_by)
+    separate = not named and all(entry in file.source.point_data for entry in SEPARATE)
+    parts = [nodal_field(file, one, chosen_by) for one in (SEPARATE if separate else [name])]
+    read = parts[0]._replace(name=", ".join(part.name for part in parts), values=np.hstack([p.values for p in parts]))
     with prefixed(f"{path}: {read.name}"):
         return read._replace(values=_tensors(read.points, read.values))
 

@@ -80,9 +80,7 @@ def test_of_six_nodes_the_corners_count_and_that_is_told(kind, tmp_path):
     u = np.exp(points[:, 0]) * np.cos(2 * points[:, 1])
     found = read_nodal_field(vtu(tmp_path / "a.vtu", points, curved.triangles, {"u": u}, kind=kind), None)
     assert_same(found, "u")
-    assert found.notes == (
-        "has cells of higher order: the estimate is that of linear triangles with the values at the corners",
-    )
+    assert found.notes == ("has cells of higher order: they count as linear triangles, with the values at the corners",)
 
 
 def test_several_pieces_and_the_cells_that_another_process_has(tmp_path):

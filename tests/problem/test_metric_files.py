@@ -70,6 +70,12 @@ def test_tensors_are_read_by_their_entries_or_as_matrices(tmp_path, mesh, column
     require_turned(case_with(tmp_path, "m.vtu", ", name: metric"))
 
 
+def test_entries_may_be_data_of_their_own(tmp_path, mesh):
+    m11, m12, m22 = tensors(mesh.points).T
+    write_vtu(mesh, tmp_path / "m.vtu", m11=m11, u=m11, m12=m12, m22=m22)
+    require_turned(case_with(tmp_path, "m.vtu"))
+
+
 def test_tensors_of_gmsh_are_read(tmp_path, mesh):
     m11, m12, m22 = tensors(mesh.points).T
     values = np.column_stack([m11, m12, 0 * m11, m12, m22, 0 * m11, 0 * m11, 0 * m11, 1 + 0 * m11])
