@@ -28,7 +28,7 @@ class MetricRequest(NamedTuple):
     key: Key
     gradation: float = np.inf  # growth over a length of 1
     notes: tuple[str, ...] = ()  # what was chosen of its file
-    numbers: Mapping[str, Number] = {}  # of which it is made, by their keys
+    numbers: Mapping[str, NumberAt] = {}  # of which it is made, by their keys
 
     def scaled(self, scale: float) -> "MetricRequest":
         """The metric with all sizes multiplied."""
