@@ -1,12 +1,14 @@
 """Coordinate reference systems of a case, checked, and what they make of its spacing."""
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 
 import numpy as np
 
 from bubblemesh import readers
 from bubblemesh.arrays import Floats
+from bubblemesh.case import Case
 from bubblemesh.case.crs import CrsKeys
 from bubblemesh.case.data_terms import several
 from bubblemesh.case.domain import DomainKeys, ShoreDomain
@@ -16,6 +18,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane, Projecting, known_system
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.unprojection import Unprojection
+from bubblemesh.messages import coarsened_by
 from bubblemesh.problem.files import named_files
 from bubblemesh.problem.scale import SpacingAtScale
 from bubblemesh.records import record
@@ -23,6 +26,7 @@ from bubblemesh.spacing.expression import DistanceTo, Expression, Rasters, names
 from bubblemesh.spacing.spacing import Spacing
 
 AUTO = "auto"
+METRES_OF_DEGREE = 111_200.0  # of latitude
 FARTHEST = 540.0, 100.0  # longitude and latitude, in degrees, that data reaches beyond which there are none
 
 
@@ -147,10 +151,30 @@ def require_one_unit(keys: DomainKeys, domain: Domain, finest: float) -> None:
 
 def require_one_unit_in_box(keys: ShoreDomain, terms: SpacingTerms) -> None:
     """Check the same of a box in the sea before the shore is read, by the sizes that the spacing names."""
-    sizes = [near.size for near in several(terms.near)]
-    sizes += [value for value in (terms.value, terms.maximum) if isinstance(value, float)]
-    if sizes:
+    if sizes := _plain_sizes(terms):
         _require_one_unit(keys, keys.box, min(sizes))
+
+
+def sizes_in_metres(case: Case, box: Sequence[float]) -> AbstractContextManager[None]:
+    """Have messages on too many nodes say that sizes are in metres, where the finest could be meant in degrees.
+
+    That is if coordinates are degrees and the size is below the width of the domain's box (x0, y0, x1, y1) in these.
+    """
+    x0, y0, x1, y1 = box
+    sizes = _plain_sizes(case.spacing_terms)
+    if case.crs is None or not sizes or not known_system(case.crs.source).is_geographic:
+        return nullcontext()
+    if min(sizes) >= max(x1 - x0, y1 - y0):
+        return nullcontext()
+    metres = min(sizes) * METRES_OF_DEGREE
+    length = f"{metres:.2g} m" if metres < 1000 else f"{metres / 1000:.2g} km"
+    return coarsened_by(f"sizes are in metres ({min(sizes):g} degrees are about {length}): coarsen the spacing")
+
+
+def _plain_sizes(terms: SpacingTerms) -> list[float]:
+    """Sizes that the terms of a spacing give as numbers."""
+    sizes = [near.size for near in several(terms.near)]
+    return sizes + [value for value in (terms.value, terms.maximum) if isinstance(value, float)]
 
 
 def _require_one_unit(keys: DomainKeys, bounds: tuple[float, float, float, float], finest: float) -> None:

@@ -20,8 +20,8 @@ from bubblemesh.geometry.following import Following, followed_together
 from bubblemesh.geometry.geography import given_places, given_plane, projecting
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, Ring
-from bubblemesh.messages import ring_name, tell_places_by, tell_places_of
-from bubblemesh.problem.crs import projecting_of, require_one_unit_in_box
+from bubblemesh.messages import coarsened_by, ring_name, tell_places_by, tell_places_of
+from bubblemesh.problem.crs import projecting_of, require_one_unit_in_box, sizes_in_metres
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.lines_and_points import lines_of, points_of
@@ -69,6 +69,7 @@ def _sea(case: Case) -> Domain:
     from bubblemesh.problem.shoreline.rings import SHORE, areas_of_sea
     from bubblemesh.problem.shoreline.shoreline import fitted_sea
     from bubblemesh.problem.spacing import case_spacing
+    from bubblemesh.spacing.survey import require_not_many_times
 
     keys = case.domain
     assert isinstance(keys, ShoreDomain)
@@ -87,9 +88,19 @@ def _sea(case: Case) -> Domain:
 
     @cache
     def spacing() -> "Spacing":  # which is asked for only where the shore that is kept depends on it
-        return case_spacing(case, domain_of(sea)).at(None)
+        whole = domain_of(sea)
+        request = case_spacing(case, whole)
+        found = request.at(None)
+        if request.nodes is None:
+            require_not_many_times(whole, found, case.limits.max_nodes)
+        elif keys.shoreline.narrowest is not None:
+            scaled = "narrowest goes by the spacing before spacing.nodes scales it: give about its true sizes"
+            with coarsened_by(scaled):
+                require_not_many_times(whole, found, case.limits.max_nodes)
+        return found
 
-    return domain_of(fitted_sea(sea, keys, lambda points: spacing().extended(points)))
+    with sizes_in_metres(case, keys.box):
+        return domain_of(fitted_sea(sea, keys, lambda points: spacing().extended(points)))
 
 
 def _advice(keys: DomainKeys, key: Key) -> str:

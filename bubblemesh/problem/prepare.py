@@ -14,7 +14,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
 from bubblemesh.problem.compatibility import require_possible
-from bubblemesh.problem.crs import require_one_unit
+from bubblemesh.problem.crs import given_bounds, require_one_unit, sizes_in_metres
 from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
@@ -43,7 +43,8 @@ def prepare(case: Case) -> Problem:
         domain = case_domain(case)
     with timed(seconds, "spacing"):
         request = case_spacing(case, domain)
-    return prepare_for(case, domain, request, task_of(case, domain), seconds)
+    with sizes_in_metres(case, given_bounds(domain)):
+        return prepare_for(case, domain, request, task_of(case, domain), seconds)
 
 
 def prepare_for(

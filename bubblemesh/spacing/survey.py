@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import LARGEST_NUMBER, Floats
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
@@ -23,6 +23,7 @@ SETTLING = 0.1  # relative change of a part on division below which its size is 
 DIVISIONS = 60
 LEFT = 1 / 3  # of the change on division: linear parts of half the size have a quarter of the error
 NEGLIGIBLE = 1e-6  # nodes by which the integral of a part may change
+MANY_TIMES = 4  # a limit: too many nodes even if much of the domain is left out later
 MOST_PARTS = 500_000  # unsettled ones: a spacing that fine is noise, of which they are a fair sample
 FEWEST = 3.0  # nodes of any mesh, though the formula may give less where the spacing exceeds the domain
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
@@ -87,13 +88,35 @@ def ideal_nodes(
     The integrals are taken on a ``cover`` of the domain, with the relative accuracy ``tolerance``. LimitError if the
     number is more than ``max_nodes``.
     """
-    cover = cover or Cover.of(domain)
-    over_area = _integral(Triangles.of(cover, spacing), tolerance, max_nodes)
-    along = _integral(Intervals.of(cover, spacing, domain.boundary), tolerance, max_nodes)
-    ideal = max(over_area + along + domain.euler_characteristic, FEWEST)
+    ideal = _counted_nodes(domain, spacing, max_nodes, tolerance, cover or Cover.of(domain))
     if ideal > max_nodes:
         raise _too_many(ideal, max_nodes)
     return ideal
+
+
+def require_not_many_times(domain: Domain, spacing: Spacing, max_nodes: int) -> None:
+    """Check that a spacing needs no more than some times ``max_nodes`` where it is defined; LimitError if it does.
+
+    This is for domains of which a part may be left out later.
+    """
+
+    def known(x: Floats, y: Floats) -> Floats:
+        d = spacing.anywhere(np.column_stack([x, y]))
+        return np.where(np.isnan(d), LARGEST_NUMBER, d)
+
+    many = MANY_TIMES * max_nodes
+    needed = _counted_nodes(domain, Spacing(known), many, ESTIMATE, Cover.of(domain))
+    if needed > many:
+        raise _too_many(needed, max_nodes)
+
+
+def _counted_nodes(domain: Domain, spacing: Spacing, enough: int, tolerance: float, cover: Cover) -> float:
+    """Number of nodes as of `ideal_nodes`, or a lower one where that is clearly more than ``enough``."""
+    over_area = _integral(Triangles.of(cover, spacing), tolerance, enough)
+    if over_area > 2 * enough:
+        return over_area
+    along = _integral(Intervals.of(cover, spacing, domain.boundary), tolerance, enough)
+    return along if along > 2 * enough else max(over_area + along + domain.euler_characteristic, FEWEST)
 
 
 def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
@@ -112,10 +135,10 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
     return count
 
 
-def _integral(parts: IntegralParts, tolerance: float, max_nodes: int) -> float:
+def _integral(parts: IntegralParts, tolerance: float, enough: int) -> float:
     """Sum of the nodes on ``parts``, dividing those whose number changes by that, as measured by the sum.
 
-    It is given up where these are clearly more than ``max_nodes``. Only parts that have settled are sure: next to a
+    It ends early where these are clearly more than ``enough``. Only parts that have settled are sure: next to a
     spot of small spacing the number on a large part comes out far too large.
     """
     total, coarse = 0.0, parts.nodes()
@@ -128,9 +151,7 @@ def _integral(parts: IntegralParts, tolerance: float, max_nodes: int) -> float:
         unsure = np.abs(change) > max(SHARE * tolerance * settling, NEGLIGIBLE)
         total += float((both + LEFT * change)[~unsure].sum())
         parts, coarse = parts.select(np.tile(unsure, len(fine))), fine[:, unsure].ravel()
-        if total > 2 * max_nodes:
-            raise _too_many(total + float(coarse.sum()), max_nodes)
-        if len(coarse) == 0 or len(coarse) > MOST_PARTS:
+        if total > 2 * enough or len(coarse) == 0 or len(coarse) > MOST_PARTS:
             break
     return total + float(coarse.sum())
 

@@ -10,7 +10,7 @@ from commands import command
 from invariants import check_mesh
 
 from bubblemesh.case import load_case
-from bubblemesh.errors import BubblemeshError
+from bubblemesh.errors import BubblemeshError, LimitError
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.shoreline.box import sea_in_box
 from bubblemesh.problem.shoreline.channels import BAND, without_narrow
@@ -245,7 +245,10 @@ def test_a_shore_keeps_its_points_near_a_crossing_only():
     assert (left[:, 0] < 50).sum() < 50
 
 
-def test_narrow_channels_are_closed():
+@pytest.mark.parametrize("at_once", [4000, 3])
+def test_narrow_channels_are_closed(at_once, monkeypatch):
+    monkeypatch.setattr("bubblemesh.problem.shoreline.channels.AT_ONCE", at_once)
+    monkeypatch.setattr("bubblemesh.problem.shoreline.channels.GROUP", 2)
     wide, narrow = shapely.box(30, -1, 40, 25), shapely.box(30, 26, 40, 61)  # a channel of 1
     write([wide, narrow])
     assert len(set(prepare(case(spacing=2)).domain.boundary.area_of_ring)) == 1
@@ -406,3 +409,34 @@ def test_a_box_in_degrees_with_sizes_in_metres_is_refused():
     terms = {"value": 10e3, "near": {"label": "shore", "size": 500}}
     with pytest.raises(BubblemeshError, match=r"spacing: is 500 where it is finest.*add crs: .from: EPSG:4326"):
         prepare(case(terms, box=[-7, 40, 2, 60], smallest=5e6))
+
+
+@pytest.mark.parametrize("keys", [{"narrowest": 2}, {"detail": "auto"}])
+def test_sizes_in_degrees_are_refused_before_the_shore_is_fitted(keys, monkeypatch):
+    pytest.importorskip("pyproj")
+    monkeypatch.setattr("bubblemesh.problem.shoreline.channels.members", None)  # of points that would take minutes
+    monkeypatch.setattr("bubblemesh.problem.shoreline.simplification.thinned", None)
+    write([shapely.box(1, 1, 1.5, 1.5)])
+    message = r"the spacing needs about 7.11e\+13 nodes.*sizes are in metres \(0.02 degrees are about 2.2 km\): coarsen"
+    with pytest.raises(LimitError, match=message):
+        prepare(case(0.02, box=[0, 0, 2, 1], crs={"from": "EPSG:4326"}, **keys))
+
+
+@pytest.mark.parametrize("spacing", [0.02, {"value": 10000, "near": {"label": "land", "size": 0.02}}])
+def test_plain_sizes_of_a_domain_in_degrees_are_told_to_be_in_metres(spacing):
+    pytest.importorskip("pyproj")
+    keys = {"domain": {"outer": {"rectangle": [0, 0, 2, 1], "label": "land"}}, "crs": {"from": "EPSG:4326"}}
+    with pytest.raises(LimitError, match=r"sizes are in metres \(0.02 degrees are about 2.2 km\)"):
+        prepare(load_case("sea.yaml", text=json.dumps(keys | {"spacing": spacing})))
+
+
+def test_what_is_finer_in_water_that_is_closed_counts_not_in_full():
+    lagoon, channel = shapely.box(45, 10, 95, 50), shapely.box(19, 29, 46, 31)
+    write([shapely.box(20, -1, 101, 61).difference(lagoon).difference(channel)])
+    terms, limits = "where(x > 45, 1.5, 4)", {"max_nodes": 500}
+    assert prepare(case(terms, narrowest=3, limits=limits)).expected_nodes < 300
+    with pytest.raises(LimitError, match=r"limits.max_nodes: the spacing needs about"):
+        prepare(case(terms, limits=limits))
+    message = r"narrowest goes by the spacing before spacing.nodes scales it: give about its true sizes"
+    with pytest.raises(LimitError, match=message):
+        prepare(case({"value": 0.1, "nodes": 200}, narrowest=3, limits=limits))

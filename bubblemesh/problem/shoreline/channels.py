@@ -13,6 +13,7 @@ SLIVER = 0.25  # of the square of the narrowest width: smaller narrow parts are 
 BAND = 1.05  # ratio of widths that are taken to be one
 TOUCHING = 1.07  # a little more than that
 PIECE = 16  # sides of a line that are grown at once: the time of long ones goes with the square of their points
+AT_ONCE, GROUP = 4000, 100  # shapes whose union is made in one call, and neighbours that are united before
 LEAST_WIDTH = 1e-6  # of the box's size: a spacing that is not a length is refused later
 
 
@@ -52,7 +53,12 @@ def _grown(shape: shapely.Geometry, radius: SpacingAt) -> shapely.Geometry:
             ends = [*first[1:].tolist(), len(band)]
             pieces += [shapely.LineString(points[begin : end + 1]) for begin, end in zip(first, ends, strict=True)]
             radii += (BAND ** band[first].astype(float)).tolist()
-    return shapely.union_all(shapely.buffer(pieces, radii))
+    shapes = shapely.buffer(pieces, radii)
+    # In one go if they are few; many take much longer so, and nothing could interrupt it.
+    while len(shapes) > AT_ONCE:
+        groups = np.split(shapes, range(GROUP, len(shapes), GROUP))
+        shapes = np.array([shapely.union_all(group) for group in groups], dtype=object)
+    return shapely.union_all(shapes)
 
 
 def _with_points_between(line: Floats, radius: SpacingAt) -> Floats:
