@@ -12,6 +12,7 @@ import shapely
 from bubblemesh.adaptivity.estimate import Estimate, estimated, true_error
 from bubblemesh.adaptivity.metric import best_metric, graded_across_sides, scaled_for
 from bubblemesh.adaptivity.sizes import (
+    FINER,
     equivalent_sizes,
     predicted_error,
     sizes_for_error,
@@ -55,6 +56,8 @@ MOST_TIMES = 16.0  # the nodes of the mesh before
 FEWEST_NODES = 4.0  # nodes, of a solution without any error
 FINEST, COARSEST = 1e-6, 0.2  # sizes, of the domain's size, if the case does not say
 SAME = 0.1  # relative change of sizes that is not made: estimates of single triangles are no more exact
+AIM = 0.99  # of a wanted error: meshes have up to about that much more than is expected of their sizes
+REACHED = 1.02  # times a wanted error: if more is expected it is told
 TINY = float(np.finfo(float).tiny)
 
 
@@ -134,8 +137,10 @@ def _adapted(
         expected = estimate.error * float(np.sqrt(len(solution.points) / problem.expected_nodes))
     else:
         problem, start = _next_problem(case, domain, solution, estimate, target, seconds)
-        target_sizes = problem.spacing.between(solution.points, solution.triangles)
-        expected = predicted_error(estimate, equivalent_sizes(solution.points, solution.triangles), target_sizes)
+        expected = _expected(solution, estimate, problem.spacing)
+    if target.error is not None and expected > REACHED * target.error * estimate.solution:
+        told = _missed_error(target, expected / estimate.solution)
+        problem = replace(problem, warnings=(*problem.warnings, told))
     adaptation = figures | {
         "wanted": target.figures,
         "expected_error": solution.unit * expected,
@@ -160,6 +165,10 @@ def _next_problem(
     field, now = MeshField.of_triangles(*mesh, target_sizes), smooth_sizes(*mesh)
     same = np.abs(np.log(field.values / now)) < np.log(1 + SAME)
     field = replace(field, values=np.where(same, now, field.values))
+    if target.error is not None:
+        # What stays must not keep the error above the wanted one.
+        scale = AIM * target.error * estimate.solution / max(_expected(solution, estimate, Spacing(field)), TINY)
+        field = replace(field, values=float(np.clip(scale, 1 / (1 + SAME), 1)) * field.values)
     at = bounded(terms, (Spacing(field),), field.spots)
     request = _held(case, domain, at, solution)
     rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
@@ -172,6 +181,21 @@ def _next_problem(
         task = replace(task, previous=present)
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
     return prepare_for(case, domain, request, task, seconds, _key(target, terms)), start
+
+
+def _expected(solution: Solution, estimate: Estimate, spacing: Spacing) -> float:
+    """Estimated error on a mesh with a spacing."""
+    mesh = solution.points, solution.triangles
+    return predicted_error(estimate, equivalent_sizes(*mesh), spacing.between(*mesh))
+
+
+def _missed_error(target: Target, expected: float) -> str:
+    """Warning of a relative error that is above the target on the next mesh."""
+    step = f"{MOST_TIMES:g} times as many nodes" if target.anisotropic else f"sizes of 1/{1 / FINER:g}"
+    return (
+        f"an error of {target.error:g} is asked for, and {expected:.3g} is expected: one step gives {step} at most, "
+        "and limits of the case hold, such as spacing.minimum: adapt again to the new solution, or lower the limits"
+    )
 
 
 def _next_in_metric(
@@ -188,13 +212,7 @@ def _next_in_metric(
     mesh = points, solution.triangles
     nodes, notes = float(target.nodes or terms.nodes or len(points)), list[str]()
     if target.error is not None:
-        times = (estimate.relative / target.error) ** 2
-        nodes = max(len(points) * min(times, MOST_TIMES), FEWEST_NODES)
-        if times > MOST_TIMES:
-            notes.append(
-                f"an error of {target.error:g} needs more nodes: this mesh has {MOST_TIMES:g} times as many as the one "
-                "before, the most in one step: adapt again to its solution"
-            )
+        nodes = max(len(points) * min((estimate.relative / target.error) ** 2, MOST_TIMES), FEWEST_NODES)
     if terms.courant is not None:
         notes.append("spacing.courant: does not hold for ellipses: give spacing.minimum")
     coarsest = terms.maximum or max(COARSEST * domain.size, terms.minimum or 0.0)
