@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from bubblemesh.adaptivity.solution import Solution, read_solution
 from bubblemesh.case import Case, load_case
 from bubblemesh.errors import CaseError, Key, MeshWarning, in_call
+from bubblemesh.files import with_home
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.messages import calling_node_limit, own_places, tell_places_of
@@ -192,7 +193,7 @@ def adapt(
             raise CaseError(f"solution: must be a Solution, or a file that holds one (found {type(solution).__name__})")
 
     def adapted() -> tuple[Result, list[str]]:
-        given = (solution, []) if isinstance(solution, Solution) else read_solution(Path(solution), field)
+        given = (solution, []) if isinstance(solution, Solution) else read_solution(Path(with_home(solution)), field)
         target = adapting.Target(error, nodes, anisotropic)
         return adapting.adapted(case, given[0], target, exact, on_round), given[1]
 

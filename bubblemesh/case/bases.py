@@ -11,6 +11,7 @@ from bubblemesh.case.fields import is_file_name
 from bubblemesh.case.parameters import literal
 from bubblemesh.case.yaml import Document, read_case_text, read_document
 from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.files import with_home
 from bubblemesh.records import record
 
 # A batch may have many cases with the same base.
@@ -46,7 +47,7 @@ def source_files(path: Path, source: str, text: str) -> list[SourceFile]:
         place = f"{files[0].source}:{files[0].document.line(('base',))}: base"
         if not isinstance(base, str) or not base:
             raise CaseError(f"{place}: must be the name of a case file (found {base!r})")
-        path = path.parent / base
+        path = path.parent / with_home(base)
         if realpath(path) in seen:
             raise CaseError(f"{place}: {path} extends itself: remove one of the bases")
         seen.append(realpath(path))
@@ -87,8 +88,9 @@ def _with_files_found(value: Any, folder: Path) -> Any:
         return [_with_files_found(entry, folder) if isinstance(entry, (dict, list)) else entry for entry in value]
     if not isinstance(value, dict):
         return value
-    name = value.get("file")
-    found = {"file": str(Path(literal(str(folder))) / name)} if isinstance(name, str) and is_file_name(name) else {}
+    found, name = {}, value.get("file")
+    if isinstance(name, str) and is_file_name(name) and with_home(name) == name:
+        found = {"file": str(Path(literal(str(folder))) / name)}
     return {key: _with_files_found(entry, folder) for key, entry in value.items()} | found
 
 

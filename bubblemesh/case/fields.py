@@ -21,7 +21,7 @@ from pydantic_core import CoreSchema, PydanticCustomError
 from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.parameters import filled_in, is_number
 from bubblemesh.errors import CaseError
-from bubblemesh.files import LONGEST_NAME, is_writable
+from bubblemesh.files import LONGEST_NAME, is_writable, with_home
 from bubblemesh.spacing.expression import Expression, UnknownNameError, constant
 from bubblemesh.spacing.quantities import Dimension
 
@@ -248,9 +248,11 @@ def is_file_name(path: str) -> bool:
     return PurePath(path).name not in ("", "..")
 
 
+Folder = Annotated[Text, Field(min_length=1), AfterValidator(with_home)]
 InputFile = Annotated[
     Text,
     Field(min_length=1),
+    AfterValidator(with_home),
     _refusing(lambda text: not is_file_name(text), "must be the name of a file, not a folder"),
     Once(),
 ]

@@ -19,7 +19,7 @@ from bubblemesh.case.parameters import literal, no_use, resolved
 from bubblemesh.case.sweep import ALONE, SweepError, Variant, key_parts, variants_of
 from bubblemesh.case.yaml import read_case_text, value_ahead
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.files import confined_to
+from bubblemesh.files import confined_to, with_home
 from bubblemesh.process.limits import allow, within
 from bubblemesh.records import record
 
@@ -142,7 +142,7 @@ def _named(path: Path | str, text: str | None) -> Path:
         raise CaseError(f"text: must be a text (found {type(text).__name__}): decode bytes by their decode()")
     if path == "" and text is None:
         raise FileError("the case file cannot be read: its name is empty")
-    return Path(path)
+    return Path(with_home(path))
 
 
 def _root_of(path: Path, untrusted: bool) -> Path | None:

@@ -28,13 +28,13 @@ from bubblemesh.case.fields import (
     Constant,
     Count,
     FileName,
+    Folder,
     Fraction,
     Label,
     Parts,
     Positive,
     PositiveArea,
     Strict,
-    Text,
     not_empty,
 )
 from bubblemesh.case.layers import LayerKeys
@@ -98,9 +98,7 @@ class Output(Strict):
         default=None, description="Number of parts for a parallel solver, whose files tell the part of each triangle."
     )
     report: bool = Field(default=False, description="Whether to write a page to look at, NAME.html, beside the mesh.")
-    directory: Annotated[Text, Field(min_length=1)] | None = Field(
-        default=None, description="Folder of the files, relative to the case file."
-    )
+    directory: Folder | None = Field(default=None, description="Folder of the files, relative to the case file.")
 
     @property
     def node_depth(self) -> NodeDepthKeys:

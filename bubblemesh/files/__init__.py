@@ -2,7 +2,15 @@
 
 from bubblemesh.files.confinement import confined_to, is_confined
 from bubblemesh.files.copies import has_copies, local_copies, local_copy
-from bubblemesh.files.names import FORBIDDEN, LONGEST_FILE_NAME, LONGEST_NAME, bytes_of_name, is_writable, require_name
+from bubblemesh.files.names import (
+    FORBIDDEN,
+    LONGEST_FILE_NAME,
+    LONGEST_NAME,
+    bytes_of_name,
+    is_writable,
+    require_name,
+    with_home,
+)
 from bubblemesh.files.opening import (
     CASE_FILE,
     beside,
@@ -56,4 +64,5 @@ __all__ = [
     "temporary_folder",
     "unreadable",
     "unwritten",
+    "with_home",
 ]

@@ -16,6 +16,20 @@ def bytes_of_name(name: str) -> int:
     return len(os.fsencode(name))
 
 
+def with_home(path: os.PathLike[str] | str) -> str:
+    """A path as a text, with the user's home folder in place of ``~`` at its start, as shells have it.
+
+    That of another user stands for ``~name``; where there is no such user, the path is as it was.
+    """
+    text = os.fspath(path)
+    if not text.startswith("~"):
+        return text
+    try:
+        return os.path.expanduser(text)  # noqa: PTH111 - the method of paths fails where there is no such user
+    except ValueError:  # a null character, which opening the file will tell
+        return text
+
+
 def is_writable(name: str) -> bool:
     """Whether every mesh file can hold a name: XML has no form for control characters, and a quote ends it in msh."""
     fits = 0 < len(name) <= LONGEST_NAME and len(name.encode()) <= MOST_NAME_BYTES

@@ -12,6 +12,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import MeshWarning
+from bubblemesh.files import with_home
 from bubblemesh.meshes.edge_nodes import in_second_order, with_diagonals
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.meshes.mapping import mapped
@@ -229,7 +230,7 @@ class Mesh:
         """
         from bubblemesh.meshfiles.whole_mesh import whole_mesh
 
-        mesh, notes = whole_mesh(Path(path))
+        mesh, notes = whole_mesh(Path(with_home(path)))
         for note in notes:
             warnings.warn(f"{path}: {note}", MeshWarning, stacklevel=2)
         return mesh
@@ -344,4 +345,4 @@ class Mesh:
         """
         from bubblemesh.meshfiles.writing import write_mesh
 
-        return write_mesh(self, Path(path), sidecars=sidecars)
+        return write_mesh(self, Path(with_home(path)), sidecars=sidecars)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
+from bubblemesh.files import with_home
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.messages import printable
 from bubblemesh.pictures.colouring import MeshData, data_of
@@ -27,7 +28,7 @@ def plotted(
     """Figure of a mesh, drawn into axes if there are any, else written to a path if there is one; see `Mesh.plot`."""
     shown, data = plot_options(options), data_of(mesh, fields)
     if ax is None:
-        return mesh_figure(mesh, shown, data) if path is None else draw_mesh(mesh, Path(path), shown, data)
+        return mesh_figure(mesh, shown, data) if path is None else draw_mesh(mesh, Path(with_home(path)), shown, data)
     if path is not None:
         raise CaseError("path: ax is drawn into a figure of your own: write that one by its savefig")
     draw_into(ax, mesh, shown, data)

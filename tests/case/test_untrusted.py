@@ -31,7 +31,7 @@ KEYS = {
     "domain: {outer: {rectangle: [0, 0, 1, 1]}}\n"
     "spacing: {image: {file: FILE, bounds: [0, 0, 1, 1], finest: 0.2, coarsest: 0.4}}\n": "grey.png",
 }
-OUTSIDE = ["../mine/NAME", "ABSOLUTE/NAME", "link-NAME", "folder/NAME", "folder/../mine/NAME"]
+OUTSIDE = ["../mine/NAME", "ABSOLUTE/NAME", "~/NAME", "link-NAME", "folder/NAME", "folder/../mine/NAME"]
 
 
 @pytest.fixture
@@ -55,6 +55,8 @@ def stranger(tmp_path, monkeypatch):
         (theirs / f"link-{path.name}").symlink_to(path)
     (theirs / "folder").symlink_to(mine)
     monkeypatch.chdir(tmp_path)
+    for name in ("HOME", "USERPROFILE"):
+        monkeypatch.setenv(name, str(mine))
     return theirs
 
 
