@@ -1,4 +1,4 @@
-"""YAML 1.2 text as plain data, with the line of every key."""
+"""YAML 1.2 text, with the merge keys of YAML 1.1, as plain data, with the line of every key."""
 
 import math
 import re
@@ -27,6 +27,7 @@ LONG = 100_000  # characters of a text that takes noticeable time to read
 LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 TAG_PREFIX = "tag:yaml.org,2002:"
+MERGE = "<<"  # without quotes the key of mappings whose keys a mapping has too
 
 
 class Node(NamedTuple):
@@ -166,6 +167,7 @@ class _Reader:
         self.lists = lists or {}
         self.anchors: dict[str, Node | None] = {}
         self.brackets = 0  # around the present node
+        self.merged = 0  # keys of other mappings so far
 
     def read(self) -> Node | None:
         try:
@@ -240,18 +242,38 @@ class _Reader:
     def _mapping(self, start: Any, events: Iterator[Any], depth: int) -> Node:
         self._check_tag(start, "map")
         places: dict[str, Place] = {}
+        others: dict[str, Place] | None = None
         while not isinstance(event := next(events), yaml.MappingEndEvent):
-            key = self._key(event)
-            if key in places:
-                raise self._error(event, f"the key {key!r} is given twice (first in line {places[key].line})")
-            places[key] = Place(event.start_mark.line + 1, self._node(next(events), events, depth + 1))
+            key, is_merge = self._key(event), _is_merge(event)
+            if key in places or (is_merge and others is not None):
+                first = f" (first in line {places[key].line})" if key in places else ""
+                raise self._error(event, f"the key {key!r} is given twice{first}")
+            node = self._node(next(events), events, depth + 1)
+            if is_merge:
+                others = self._others(event, node)
+            else:
+                places[key] = Place(event.start_mark.line + 1, node)
+        places = {**(others or {}), **places}
         return _collection({key: place.node.value for key, place in places.items()}, places)
+
+    def _others(self, key: Any, node: Node) -> dict[str, Place]:
+        """Places of the keys of one mapping, or of a list of them, of which the first one that has a key counts."""
+        nodes = [place.node for place in node.places] if isinstance(node.places, list) else [node]
+        found: dict[str, Place] = {}
+        for other in reversed(nodes):
+            if not isinstance(other.places, dict):
+                raise self._error(key, "<< takes keys from a mapping, or a list of mappings, as in <<: *name")
+            self.merged += len(other.places)  # they are copied, unlike aliases
+            if self.merged > MAX_VALUES:
+                raise self._error(key, f"more than {MAX_VALUES:,} keys are taken from other mappings: use fewer")
+            found |= other.places
+        return found
 
     def _key(self, event: Any) -> str:
         if not isinstance(event, yaml.ScalarEvent):
             raise self._error(event, "a key must be a word: found a list, mapping or alias as the key")
         self._check_text(event)
-        self._check_tag(event, "str")
+        self._check_tag(event, "str", *(["merge"] if event.value == MERGE else []))
         return str(event.value)
 
     def _scalar(self, event: Any) -> Any:
@@ -292,6 +314,11 @@ class _Reader:
             context = f", {error.context} that starts in line {error.context_mark.line + 1}"
         advice = "check the indentation (spaces, no tabs), brackets, colons and quotes, here and in the line before"
         return CaseError(f"{self.place(line)}: not valid YAML: {error.problem}{context}: {advice}")
+
+
+def _is_merge(key: Any) -> bool:
+    """Whether the event of a key is that of a merge."""
+    return key.value == MERGE and not key.style and key.tag in (None, TAG_PREFIX + "merge")
 
 
 def _brackets_open_at(text: str, index: int) -> int:

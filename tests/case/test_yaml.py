@@ -66,6 +66,32 @@ class TestDocument:
     def test_aliases_share_their_value(self):
         assert data_of("a: &here [1, 2]\nb: *here") == {"a": [1, 2], "b": [1, 2]}
 
+    @pytest.mark.parametrize(
+        ("merge", "merged"),
+        [
+            ("<<: *a", {"x": 1, "y": 2}),
+            ("<<: *a, x: 5", {"x": 5, "y": 2}),
+            ("x: 5, <<: *a", {"x": 5, "y": 2}),
+            ("!!merge <<: [*b, *a], z: 4", {"x": 1, "y": 3, "z": 4}),
+            ("<<: [*a, {<<: *b, v: 7}]", {"x": 1, "y": 2, "v": 7}),
+            ("<<: []", {}),
+            ("'<<': *b", {"<<": {"y": 3}}),
+        ],
+    )
+    def test_merge_keys_take_keys_of_other_mappings(self, merge, merged):
+        text = f"a: &a {{x: 1, y: 2}}\nb: &b {{y: 3}}\nc: {{{merge}}}"
+        assert data_of(text) == {"a": {"x": 1, "y": 2}, "b": {"y": 3}, "c": merged}
+
+    def test_keys_of_other_mappings_have_their_own_line(self):
+        document = read_document("a: &a\n  x: [1, 2]\nb:\n  <<: *a\n  y: 2\n", "a.yaml")
+        assert [document.line(("b", key)) for key in ("x", "y", "z")] == [2, 5, 3]
+
+    def test_merge_keys_do_not_copy_without_end(self, monkeypatch):
+        monkeypatch.setattr(reading, "MAX_VALUES", 1000)
+        lines = ["a: &a {" + ", ".join(f"k{i}: 1" for i in range(200)) + "}", "b:", *["- {<<: *a}"] * 6]
+        with pytest.raises(CaseError, match=r"a.yaml:8: more than 1,000 keys are taken from other mappings"):
+            data_of("\n".join(lines))
+
     def test_line_is_that_of_the_longest_known_part_of_a_path(self):
         document = read_document(SQUARE, "a.yaml")
         assert document.line(("domain", "outer", "labels", 2)) == 4
@@ -93,6 +119,11 @@ class TestDocument:
             ("b: !!int word", r"a.yaml:1: the tag !!int does not fit"),
             ("!!python/name:os.system x: 1", r"a.yaml:1: the tag !!python/name:os.system"),
             ("a: 1\nb: &b [1, *b]", r"a.yaml:2: the alias \*b is inside its own anchor"),
+            ("a: {b: 1, <<: {c: 1}, <<: {d: 1}}", r"a.yaml:1: the key '<<' is given twice"),
+            ("a: {b: 1, <<: {c: 1}, b: 2}", r"a.yaml:1: the key 'b' is given twice"),
+            ("a: &a 1\nb: {<<: *a}", r"a.yaml:2: << takes keys from a mapping, or a list of mappings"),
+            ("a: &a {}\nb:\n  <<: [*a, [1, 2]]", r"a.yaml:3: << takes keys from a mapping"),
+            ("a: &a {b: {<<: *a}}", r"a.yaml:1: the alias \*a is inside its own anchor"),
             ("a: *b", r"a.yaml:1: the alias \*b has no anchor"),
             ("a: 1\n? [1, 2]\n: 3", r"a.yaml:2: a key must be a word"),
             ("a: 1\n---\nb: 1", r"a.yaml:2: a second document"),
