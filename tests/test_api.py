@@ -452,12 +452,13 @@ def test_a_spacing_that_is_none(spacing, text):
         bubblemesh.mesh(PLATE, spacing)
 
 
-def test_an_error_of_the_function_itself_is_passed_on():
+def test_an_error_of_the_function_itself_is_the_cause():
     def broken(x, y):
         raise RuntimeError("no data")
 
-    with pytest.raises(RuntimeError, match="no data"):
+    with pytest.raises(CaseError, match=r"the function fails \(RuntimeError: no data\): correct it") as told:
         bubblemesh.mesh(PLATE, broken)
+    assert isinstance(told.value.__cause__, RuntimeError)
 
 
 # Options

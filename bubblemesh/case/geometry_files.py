@@ -1,6 +1,6 @@
 """Files with geometry in a case file: which features to use, and how their rings are followed."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
@@ -52,6 +52,10 @@ def _part(value: Any) -> Any:
     return value
 
 
+def _unit(value: Any) -> Any:
+    return "in" if value == "inch" else value
+
+
 class SelectedFile(DrawnKeys):
     """A file with geometry, and what to take of it."""
 
@@ -62,7 +66,9 @@ class SelectedFile(DrawnKeys):
     feature: Annotated[int | dict[str, Filled] | None, BeforeValidator(_feature)] = Field(
         default=None, description="Number of the feature from 0, or a property with its value such as {name: Corsica}."
     )
-    units: Unit | None = Field(default=None, description="The file's unit of length, for a case in metres.")
+    units: Annotated[Unit | None, BeforeValidator(_unit, json_schema_input_type=Unit | Literal["inch"] | None)] = Field(
+        default=None, description="The file's unit of length, for a case in metres."
+    )
 
     @field_validator("units")
     @classmethod

@@ -177,7 +177,9 @@ class _Reader:
         except yaml.reader.ReaderError as error:
             line = self.text.count("\n", 0, self.text.find(chr(error.character))) + 1
             found = f"character U+{error.character:04X}"
-            raise CaseError(f"{self.place(line)}: not plain text (found {found}): remove the character") from None
+            is_utf16 = self.text[:2].count("\0") == 1  # of each letter one byte is zero
+            advice = "it looks like UTF-16: save it as UTF-8" if is_utf16 else "remove the character"
+            raise CaseError(f"{self.place(line)}: not plain text (found {found}): {advice}") from None
         except UnicodeEncodeError as error:
             line = self.text.count("\n", 0, error.start) + 1
             raise CaseError(f"{self.place(line)}: not UTF-8 text: save it as UTF-8") from None

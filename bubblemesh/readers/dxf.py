@@ -77,7 +77,7 @@ def read_dxf(path: Path) -> FeatureCollection:
     content = read_bytes(path)
     if content.startswith(DWG):
         raise CaseError("it is a DWG drawing: save it as DXF")
-    with foreign("not a valid DXF drawing", "save it anew as DXF, text or binary, without anything before it"):
+    with foreign("not a valid DXF drawing", "save it anew as DXF, text or binary"):
         drawing, notes = _drawing(path, content)
         return _features(drawing, notes)
 

@@ -3,6 +3,7 @@
 import ast
 import keyword
 import math
+import re
 import unicodedata
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
@@ -33,6 +34,7 @@ DistanceTo = Callable[[Sequence[str]], "Distance"]  # distance from what has som
 
 CONSTANTS = {"pi": math.pi, "e": math.e}
 COORDINATES: dict[str, Evaluate] = {"x": lambda x, y: x, "y": lambda x, y: y}
+RADII = "r", "R", "radius"  # names that people expect to be known
 DISTANCE = "distance"  # the only function that takes text: labels of what the distance is measured from
 
 
@@ -249,8 +251,15 @@ class _Builder:
             case ast.Compare(left=left, ops=ops, comparators=comparators):
                 call, parts = chained([self._operator(node, op) for op in ops]), [left, *comparators]
             case _:
-                raise self._error(node, f"{FORBIDDEN.get(type(node), 'this')} is not allowed in an expression")
+                raise self._error(node, self._forbidden(node))
         return _applied(call, [self.built(part, depth + 1) for part in parts])
+
+    def _forbidden(self, node: ast.expr) -> str:
+        """Message on what has no place in an expression."""
+        told = f"{FORBIDDEN.get(type(node), 'this')} is not allowed in an expression"
+        if isinstance(node, ast.Tuple) and (number := re.search(r"(?<!\w)\d+,\d+", self.text)):
+            told += f": write {number[0].replace(',', '.')} for the number {number[0]}"
+        return told
 
     def _leaf(self, node: ast.Constant | ast.Name | ast.Attribute) -> Evaluate:
         if isinstance(node, ast.Attribute):
@@ -275,12 +284,16 @@ class _Builder:
             return _constant(value_of(name, self.dimension, allowed=self.units))
         if name in self.without_value:
             raise UnknownNameError(f"the parameter {name!r} has no value", name, follows=True)
-        known = [*self.coordinates, *self.constants]
-        raise UnknownNameError(str(self._error(node, f"unknown name {name!r}; {meant(name, known)}")), name)
+        told = meant(name, [*self.coordinates, *self.constants])
+        if name in RADII and "x" in self.coordinates:
+            told += "; the distance from the origin is hypot(x, y)"
+        raise UnknownNameError(str(self._error(node, f"unknown name {name!r}; {told}")), name)
 
     def _function(self, node: ast.Call) -> Function:
         if not isinstance(node.func, ast.Name):
-            raise self._error(node.func, "only functions of the table can be called")
+            if isinstance(node.func, ast.Attribute) and node.func.attr in FUNCTIONS:
+                raise self._error(node.func, f"functions go by their names alone: write {node.func.attr}")
+            raise self._error(node.func, f"only functions can be called: {', '.join([*FUNCTIONS, DISTANCE])}")
         name = node.func.id
         if name in COORDINATES or name in self.constants:
             raise self._error(node, f"{name!r} is not a function: write * to multiply")

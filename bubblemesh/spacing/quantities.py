@@ -8,12 +8,20 @@ from bubblemesh.errors import CaseError
 Dimension = Literal["length", "area", "time"]
 
 UNITS: dict[Dimension, dict[str, float]] = {
-    "length": {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "nmi": 1852.0},
+    "length": {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3, "nmi": 1852.0, "in": 0.0254, "inch": 0.0254, "ft": 0.3048},
     "area": {"m2": 1.0, "ha": 1e4, "km2": 1e6},
     "time": {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0},
 }
 DIMENSIONS: dict[str, Dimension] = {unit: kind for kind, units in UNITS.items() for unit in units}
 QUANTITY = re.compile(r"((?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?) ?([a-z]+2?)")
+
+QUANTITY_WITHIN = re.compile(rf"(?<![\w.]){QUANTITY.pattern}(?!\w)")
+
+
+def quantity_within(text: str) -> re.Match[str] | None:
+    """The first number with a unit within a longer text, if there is one."""
+    found = (one for one in QUANTITY_WITHIN.finditer(text) if one[2] in DIMENSIONS)
+    return next(found, None)
 
 
 def is_quantity(text: str) -> bool:

@@ -5,7 +5,7 @@ from textwrap import shorten
 
 from bubblemesh.errors import CaseError
 from bubblemesh.process.shared import warnings_are
-from bubblemesh.spacing.quantities import is_quantity
+from bubblemesh.spacing.quantities import is_quantity, quantity_within
 
 MAX_CHARACTERS = 10_000
 
@@ -51,6 +51,12 @@ def parsed(text: str) -> ast.expr:
     except (RecursionError, MemoryError):
         raise CaseError(f"the expression is nested too deeply: {shown(text)}") from None
     except SyntaxError as error:
+        if (quantity := quantity_within(text)) is not None:
+            told = (
+                "a unit stands only behind a number that is the whole value: write parameters: "
+                f"{{far: {quantity[0]}}} and here far, or * to multiply"
+            )
+            raise _error(told, text, *quantity.span()) from None
         # The parser gives column 0 where the text ends too early.
         column = min(error.offset or len(text), len(text)) - 1
         raise _error(f"not an expression ({shorten(error.msg, 100)})", text, column) from None

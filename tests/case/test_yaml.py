@@ -128,6 +128,10 @@ class TestDocument:
             ("a: 1\n? [1, 2]\n: 3", r"a.yaml:2: a key must be a word"),
             ("a: 1\n---\nb: 1", r"a.yaml:2: a second document"),
             ("a: 1\nb: \x07", r"a.yaml:2: not plain text \(found character U\+0007\)"),
+            (
+                "d\0o\0m\0",
+                r"a.yaml:1: not plain text \(found character U\+0000\): it looks like UTF-16: save it as UTF-8",
+            ),
             ("a: 1\nb: \udc80", r"a.yaml:2: not UTF-8"),
             ("a: " + "[" * 100_000, r"a.yaml:1: nested more than 100 deep"),
             ("a:\n" + "- " * 100_000, r"a.yaml:2: nested more than 100 deep"),

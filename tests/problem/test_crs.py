@@ -380,6 +380,7 @@ def test_a_map_in_the_range_of_degrees_is_in_no_system_of_metres(in_folder):
     ("text", "dimension", "value"),
     [
         *[("200 m", "length", 200), ("5km", "length", 5000), ("1.5e2 cm", "length", 1.5), ("10 nmi", "length", 18520)],
+        *[("2 in", "length", 0.0508), ("10inch", "length", 0.254), ("3 ft", "length", 0.9144)],
         *[("5 km2", "area", 5e6), (".5 ha", "area", 5000), ("12.42 h", "time", 44712), ("10 min", None, 600)],
     ],
 )

@@ -62,7 +62,7 @@ def test_land_is_cut_out_of_the_box_and_sides_have_labels():
     land = COAST.boundary.intersection(shapely.box(*BOX)).length
     assert found["land"] == pytest.approx(land)
     assert found["open"] == pytest.approx(sea.exterior.length - land)
-    assert "coast.geojson: 1 island below 5 left out" in result.report["warnings"]
+    assert "coast.geojson: 1 island smaller than 5 left out" in result.report["warnings"]
 
 
 def test_sides_of_the_box_have_no_nodes_but_corners_and_ends_of_the_shore():
@@ -156,7 +156,7 @@ def test_small_parts_of_the_sea_are_left_out():
     assert len(set(prepare(case(spacing=2)).domain.boundary.area_of_ring)) == 2
     problem = prepare(case(smallest=500))
     assert len(set(problem.domain.boundary.area_of_ring)) == 1
-    assert "coast.geojson: 1 part of the sea below 500 left out" in problem.warnings
+    assert "coast.geojson: 1 part of the sea smaller than 500 left out" in problem.warnings
 
 
 # Detail
@@ -383,7 +383,7 @@ def test_a_coast_in_degrees_becomes_a_tide_model(folder):
     }
     (folder / "tide.yaml").write_text(json.dumps(text))
     code, _, said = command("run", "tide.yaml", "-o", "out", "-q")
-    assert (code, "1 island below 2e+07 left out" in said) == (0, True)
+    assert (code, "1 island smaller than 20 km2 left out" in said) == (0, True)
     grid = (folder / "out" / "tide.14").read_text()
     assert "1 = number of open boundaries" in grid
     assert " land boundary 1: land" in grid

@@ -162,12 +162,16 @@ class TestDrawings:
         assert area(drawn(draw), layers=("A", "C")) == pytest.approx(8 * np.pi, rel=1e-3)
         with pytest.raises(CaseError, match="no layer 'D': allowed: A, B, C"):
             area(drawn(draw), layers=("D",))
+        with pytest.raises(CaseError, match="no layer 'c': did you mean 'C'"):
+            area(drawn(draw), layers=("c",))
 
-    def test_a_layer_may_be_a_whole_number(self, drawn):
+    def test_a_layer_may_be_a_whole_number_and_inches_have_two_names(self, drawn):
         path = drawn(lambda document: document.modelspace().add_circle((0, 0), 1))
         for layer in ("0", "[0]", "'0'"):
             case = load_case("a.yaml", text=f"domain: {{file: {path}, layer: {layer}}}\nspacing: 1\n")
             assert case.domain.layer == ("0",)
+        case = load_case("a.yaml", text=f"domain: {{file: {path}, units: inch}}\nspacing: 1\n")
+        assert case.domain.units == "in"
 
     def test_a_unit_that_the_header_contradicts_is_noted(self, drawn):
         path = drawn(lambda document: document.modelspace().add_circle((0, 0), 1), unit=4)

@@ -8,7 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, unmasked
 from bubblemesh.case.spacing import Value, checked_terms
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.label_distances import distance_to_labels
 from bubblemesh.problem.python.numbers import plain_value
@@ -66,11 +66,15 @@ class _CheckedFunction:
         try:
             with np.errstate(all="ignore"):
                 values = np.asarray(unmasked(self.function(x.copy(), y.copy())))  # it may change what it is given
+        except (BubblemeshError, MemoryError):
+            raise
         except (TypeError, ValueError) as error:
             raise CaseError(
                 f"spacing: the function fails for arrays of coordinates ({error}): it has to take many points at once, "
                 "by NumPy's functions, with np.where in place of if, or by np.vectorize, which is slow"
             ) from error
+        except Exception as error:
+            raise CaseError(f"spacing: the function fails ({type(error).__name__}: {error}): correct it") from error
         if values.dtype.kind not in "iuf":
             raise CaseError(f"spacing: the function gives values of type {values.dtype}: they have to be real numbers")
         if values.shape not in ((), x.shape):

@@ -11,7 +11,7 @@ import shapely
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case.domain import ShoreDomain
 from bubblemesh.errors import GeometryError, prefixed
-from bubblemesh.geometry.geography import projected, projected_line
+from bubblemesh.geometry.geography import given_plane, projected, projected_line
 from bubblemesh.geometry.nesting import polygons_of
 from bubblemesh.messages import counted
 from bubblemesh.readers.shores import ON_SIDE, land_in
@@ -69,23 +69,31 @@ def open_sea(
     found, notes = polygons_of(sea), list(given_notes)
     rim = shapely.MultiLineString([shapely.LineString(side) for side in sides])
     size = box_size(sides)
+    area = _area(smallest)
     opened = [part for part in found if part.boundary.intersection(rim.buffer(ON_SIDE * size)).length > 1e-3 * size]
     closed = len(found) - len(opened)
     if closed:
         notes.append(f"{counted(closed, 'part')} of the sea that no open side reaches left out")
     large = [part for part in opened if part.area >= smallest]
     if len(large) < len(opened):
-        notes.append(f"{counted(len(opened) - len(large), 'part')} of the sea below {smallest:.6g} left out")
+        notes.append(f"{counted(len(opened) - len(large), 'part')} of the sea smaller than {area} left out")
     if opened and not large:
-        advice = f"all of it is below smallest: {smallest:.6g}: ask for less"
+        advice = f"all of it is below smallest: {area}: ask for less"
     if not large:
         raise GeometryError(f"no sea is left in the box: {advice}")
     holes = [[ring for ring in part.interiors if shapely.Polygon(ring).area >= smallest] for part in large]
     dropped = sum(len(part.interiors) for part in large) - sum(map(len, holes))
     if dropped:
-        notes.append(f"{counted(dropped, 'island')} below {smallest:.6g} left out")
+        notes.append(f"{counted(dropped, 'island')} smaller than {area} left out")
     parts = [shapely.Polygon(part.exterior, kept) for part, kept in zip(large, holes, strict=True)]
     return Sea(sorted(parts, key=lambda part: -part.area), tuple(sides), tuple(notes))
+
+
+def _area(value: float) -> str:
+    """An area as messages write it, with a unit where coordinates are places on the earth."""
+    if given_plane() is None:
+        return f"{value:.6g}"
+    return f"{value / 1e6:.6g} km2" if value >= 1e4 else f"{value:.6g} m2"
 
 
 def box_size(sides: Sequence[Floats]) -> float:
