@@ -239,12 +239,15 @@ def formats_for(solvers: Iterable[str]) -> tuple[str, ...]:
 
 
 def stems(name: str, formats: Iterable[str]) -> list[tuple[str, str]]:
-    """Each format with the stem of its files: the name; with that of the format if an earlier one has its ending."""
-    firsts: dict[str, str] = {}
-    return [
-        (form, name if firsts.setdefault(format_named(form).files[0], form) == form else f"{name}.{form}")
-        for form in formats
-    ]
+    """Each format with the stem of its files: the name; with that of the format if another one has its ending.
+
+    Of several with one ending the first in the table has the plain name, in whatever order they come: the general one.
+    """
+    formats = list(formats)
+    plain: dict[str, str] = {}
+    for form in sorted(formats, key=[*FORMATS].index):
+        plain.setdefault(FORMATS[form].files[0], form)
+    return [(form, name if plain[FORMATS[form].files[0]] == form else f"{name}.{form}") for form in formats]
 
 
 def whole_only(formats: Iterable[str]) -> list[str]:
