@@ -69,7 +69,7 @@ class TestFills:
     def test_a_loop_of_one_curve_that_crosses_itself(self, written):
         path = drawing(written, '<path d="M4 20C40 -10 -16 -10 20 20Z"/>')
         rings = read_rings(path, Selection())
-        assert sorted({type(side.curve).__name__ for side in ring.sides} == {"Section"} for ring in rings) == [
+        assert sorted({type(side.curve).__name__ for side in ring.sides} == {"CurveSection"} for ring in rings) == [
             False,
             True,
         ]
