@@ -6,7 +6,7 @@ import pytest
 
 import bubblemesh
 from bubblemesh.files import with_home
-from bubblemesh.run.destination import OutputOptions, destination
+from bubblemesh.run.output import OutputOptions, destination
 
 RING = "x,y\n0,0\n1,0\n0,1\n"
 
