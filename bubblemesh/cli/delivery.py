@@ -1,5 +1,6 @@
 """What commands that write meshes share: the mesh is made, written and shown."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bubblemesh.cli.exits import heed
@@ -7,7 +8,6 @@ from bubblemesh.cli.stdio import write_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
     from typing import Any
 
     from bubblemesh.case import Case, Output
@@ -40,11 +40,9 @@ def deliver(
 
 
 def write_again(
-    path: "Path", read: "MeshOfFile", keys: "Output", options: "OutputOptions", as_json: bool, quiet: bool
+    path: Path, read: "MeshOfFile", keys: "Output", options: "OutputOptions", as_json: bool, quiet: bool
 ) -> None:
     """Write the mesh of a file where and as the options say over the keys, and show what was written."""
-    from pathlib import Path
-
     from bubblemesh.meshfiles.companions import files_beside
     from bubblemesh.run.output import destination_beside, stream_destination
 
