@@ -1,10 +1,11 @@
 """One mesh packed in parts: ``python -m benchmarks.large`` meshes in one piece, and in parts by 1 and 2 workers.
 
 One worker and two take turns, ``--turns`` times: of each the run of median time counts, and of the speed-up the median
-of the turns. Meshes of at most ``--whole`` nodes are packed by 4 workers too, by 2 of which one is killed on the way,
-and by 2 of a Dask cluster; of larger ones there are three turns at the most. Files of parts have to be the same bytes,
-whoever packs them. It prints a table of wall and processor time, memory and quality, beside the cuts and away from
-them; ``-o docs/large.md`` writes it between the marks of that page.
+of the turns. In each turn two runs of a part's size, which know nothing of each other, go at once and one after the
+other: two workers cannot gain more than these here. Meshes of at most ``--whole`` nodes are packed by 4 workers too, by
+2 of which one is killed on the way, and by 2 of a Dask cluster; of larger ones there are three turns at the most. Files
+of parts have to be the same bytes, whoever packs them. It prints a table of wall and processor time, memory and
+quality, beside the cuts and away from them; ``-o docs/large.md`` writes it between the marks of that page.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from hashlib import file_digest, sha256
 from importlib.util import find_spec
 from math import inf
 from pathlib import Path
+from statistics import median
 from tempfile import TemporaryDirectory
 from time import perf_counter, sleep
 from typing import Any
@@ -92,15 +94,23 @@ def coast_of(nodes: float, folder: Path) -> str:
     )
 
 
+def written(name: str, nodes: float, place: Path) -> Path:
+    """The case file of Example 3 or of the coast with about so many nodes, in a folder of its own."""
+    folder = place / f"{name}-{nodes:g}".replace(" ", "-")
+    folder.mkdir()
+    path = folder / "large.yaml"
+    path.write_text(coast_of(nodes, folder) if name == "coast" else case_of(nodes))
+    return path
+
+
 def ran(name: str, path: Path, *options: str, kill_after: float = inf, others: Sequence[int] = ()) -> Run:
     """Run a case in a process of its own, one of whose workers is killed after so many seconds.
 
     ``others`` are processes that work for it and are there already.
     """
     folder = path.parent / name.replace(" ", "-")
-    command = [sys.executable, "-m", "bubblemesh", "run", str(path), "-q", "-o", str(folder), *options]
     before, begun = processor_seconds(others), perf_counter()
-    process, peaks, together = subprocess.Popen(command), dict[int, float](), 0.0
+    process, peaks, together = started(path, folder, *options), dict[int, float](), 0.0
     while not has_ended(process):
         workers = [*children_of(process.pid), *others]
         held = {pid: memory_of(pid) for pid in (process.pid, *workers)}
@@ -114,6 +124,22 @@ def ran(name: str, path: Path, *options: str, kill_after: float = inf, others: S
     seconds, cpu = perf_counter() - begun, processor_seconds(others) - before
     main = peaks.pop(process.pid)
     return Run(name, seconds, cpu, main, max(peaks.values(), default=0.0), together, digest_of(folder), folder)
+
+
+def started(path: Path, folder: Path, *options: str) -> subprocess.Popen[bytes]:
+    """Start the command for a case."""
+    return subprocess.Popen([sys.executable, "-m", "bubblemesh", "run", str(path), "-q", "-o", str(folder), *options])
+
+
+def gain_of_two(path: Path) -> float:
+    """How many times as fast two runs of a case are at once as one after the other."""
+    seconds = list[float]()
+    for count in (1, 2):
+        begun = perf_counter()
+        processes = [started(path, path.parent / f"at-once-{number}") for number in range(count)]
+        assert all(process.wait() == 0 for process in processes)
+        seconds.append(perf_counter() - begun)
+    return 2 * seconds[0] / seconds[1]
 
 
 def has_ended(process: subprocess.Popen[bytes]) -> bool:
@@ -181,14 +207,20 @@ def beside_cuts(path: Path, run: Run) -> dict[str, tuple[float, float]]:
     return {name: (float(q[mine].mean()), float(np.quantile(q[mine], 0.01))) for name, mine in groups.items()}
 
 
-def in_parts(path: Path, parts: int, turns: int, small: bool) -> Iterator[tuple[Run, str]]:
-    """Runs in parts by 1 and 2 workers, in turns, with their speed-ups; if ``small``, also in all other ways."""
+def in_parts(path: Path, part: Path, parts: int, turns: int, small: bool) -> Iterator[tuple[Run, str]]:
+    """Runs in parts by 1 and 2 workers, in turns, with their speed-ups; if ``small``, also in all other ways.
+
+    The case ``part`` has the size of one part, for what two workers can gain here at the most.
+    """
     options = "--parts", str(parts), "--jobs"
-    pairs = [(ran("1 worker", path, *options, "1"), ran("2 workers", path, *options, "2")) for _ in range(turns)]
+    pairs, most = list[tuple[Run, Run]](), list[float]()
+    for _ in range(turns):
+        pairs.append((ran("1 worker", path, *options, "1"), ran("2 workers", path, *options, "2")))
+        most.append(gain_of_two(part))
     assert len({run.digest for pair in pairs for run in pair}) == 1, "the files depend on the turn"
     one, two = (sorted(runs, key=lambda run: run.seconds)[turns // 2] for runs in zip(*pairs, strict=True))
-    gains = sorted(alone.seconds / shared.seconds for alone, shared in pairs)
-    yield from ((one, "1.00"), (two, f"{gains[turns // 2]:.2f} ({gains[0]:.2f} to {gains[-1]:.2f})"))
+    gains = [alone.seconds / shared.seconds for alone, shared in pairs]
+    yield from ((one, "1.00"), (two, f"{middle(gains)}, at most {middle(most)}"))
     if not small:
         return
     for name, jobs, kill_after in (("4 workers", "4", inf), ("2 workers, one killed", "2", two.seconds / 2)):
@@ -203,15 +235,20 @@ def in_parts(path: Path, parts: int, turns: int, small: bool) -> Iterator[tuple[
     yield run, speed_up(one, run)
 
 
+def middle(gains: Sequence[float]) -> str:
+    """Median of some figures, with the least and the largest."""
+    return f"{median(gains):.2f} ({min(gains):.2f} to {max(gains):.2f})"
+
+
 def speed_up(one: Run, run: Run) -> str:
     """How many times as fast a run was as that of one worker."""
     return f"{one.seconds / run.seconds:.2f}"
 
 
-def table(name: str, path: Path, parts: int, turns: int, small: bool) -> list[str]:
-    """Rows of a case in parts; if it is ``small``, also in one piece."""
+def table(name: str, path: Path, part: Path, parts: int, turns: int, small: bool) -> list[str]:
+    """Rows of a case in parts; if it is ``small``, also in one piece. The case ``part`` has the size of one part."""
     one = ran("one piece", path) if small else None
-    runs = list(in_parts(path, parts, turns if small else min(turns, MOST_TURNS), small))
+    runs = list(in_parts(path, part, parts, turns if small else min(turns, MOST_TURNS), small))
     alone = runs[0][0]
     assert len({run.digest for run, _ in runs}) == 1, "the files depend on the workers"
     q = beside_cuts(path, alone)
@@ -255,12 +292,9 @@ def main() -> None:
     rows = list[str]()
     with TemporaryDirectory() as place:
         for name, nodes in [*(("Example 3", n) for n in options.nodes), *(("coast", n) for n in options.coast)]:
-            folder = Path(place, f"{name}-{nodes:g}".replace(" ", "-"))
-            folder.mkdir()
-            text = case_of(nodes) if name != "coast" else coast_of(nodes, folder)
-            path = folder / "large.yaml"
-            path.write_text(text)
-            fresh = table(name, path, max(enough_parts(nodes), LEAST_PARTS), options.turns, nodes <= options.whole)
+            parts = max(enough_parts(nodes), LEAST_PARTS)
+            path, part = (written(name, size, Path(place)) for size in (nodes, nodes / parts))
+            fresh = table(name, path, part, parts, options.turns, nodes <= options.whole)
             print("\n".join(fresh), flush=True)
             rows += fresh
     text = f"{HEAD}\n" + "\n".join(rows) + f"\n\nMeasured on {machine()}.\n"
