@@ -4,7 +4,7 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any
@@ -19,6 +19,20 @@ from bubblemesh.messages import printable
 SIGNALS = signal.SIGINT, signal.SIGTERM
 
 USAGE_ERRORS = typer.BadParameter.__bases__  # errors of Typer on wrong options and arguments
+
+# Words for a command that other programs use.
+OTHER_WORDS = {
+    "run": ("mesh", "generate", "make", "build", "pack"),
+    "check": ("validate", "verify", "lint"),
+    "quality": ("info", "stats", "compare", "report"),
+    "plot": ("draw", "view", "show"),
+    "convert": ("export",),
+    "partition": ("split", "divide"),
+    "adapt": ("refine", "remesh"),
+    "batch": ("sweep",),
+    "init": ("new", "template"),
+}
+CASE_ENDINGS = ".yaml", ".yml", ".json"
 
 received: list[int] = []  # signals that ask to end
 
@@ -126,10 +140,27 @@ class Commands(TyperGroup):
         with _as_ours():
             return super().make_context(*arguments, **options)
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that is named; the error for a word that is none proposes one."""
+        try:
+            return super().resolve_command(ctx, args)
+        except USAGE_ERRORS as error:
+            if (meant := _meant_by(args)) is not None:
+                vars(error)["message"] = f"No such command {args[0]!r}. Did you mean {meant!r}?"
+            raise
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command that is named."""
         with _as_ours():
             return super().invoke(ctx)
+
+
+def _meant_by(words: Sequence[str]) -> str | None:
+    """What was probably meant by words that begin with no command: one of another name, or a case to run."""
+    word = words[0].lower()
+    if word.endswith(CASE_ENDINGS):
+        return f"bubblemesh run {words[0]}"
+    return next((command for command, others in OTHER_WORDS.items() if word in others), None)
 
 
 @contextmanager

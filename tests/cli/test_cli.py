@@ -257,6 +257,8 @@ def test_help_and_version(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "exit_code", "part"),
     [
+        (["mesh", "square.yaml"], 2, "'mesh'. Did you mean 'run'?"),
+        (["square.yaml"], 2, "Did you mean 'bubblemesh run square.yaml'?"),
         (["run"], 2, "CASE"),
         (["run", "missing.yaml"], 5, "missing.yaml"),
         (["run", ""], 5, "error: the case file cannot be read: its name is empty"),
