@@ -144,8 +144,8 @@ class Commands(TyperGroup):
         """The command that is named; the error for a word that is none proposes one."""
         try:
             return super().resolve_command(ctx, args)
-        except USAGE_ERRORS as error:
-            if (meant := _meant_by(args)) is not None:
+        except Exception as error:
+            if isinstance(error, USAGE_ERRORS) and (meant := _meant_by(args)) is not None:
                 vars(error)["message"] = f"No such command {args[0]!r}. Did you mean {meant!r}?"
             raise
 

@@ -11,23 +11,6 @@ from bubblemesh.meshfiles.med import teach_med
 from bubblemesh.meshfiles.sources.source import Source
 from bubblemesh.messages import LONGEST_REASON, shown
 
-# Plane elements of Abaqus and CalculiX that meshio does not know: stress, strain, with an axis, heat, membranes.
-PLANE_ELEMENTS = {
-    f"{family}{count}{more}": kind
-    for family in ("CPS", "CPE", "CPEG", "CAX", "CGAX", "DC2D", "DCAX", "M3D", "S")
-    for count, kind in ((3, "triangle"), (4, "quad"), (6, "triangle6"), (8, "quad8"))
-    for more in ("", "R", "H", "RH", "M", "T")
-}
-
-
-def read_inp(path: Path) -> Source:
-    """Mesh of Abaqus or CalculiX; the same errors as `read_other`."""
-    from meshio.abaqus import _abaqus as reader
-
-    for name, kind in PLANE_ELEMENTS.items():
-        reader.abaqus_to_meshio_type.setdefault(name, kind)
-    return read_other(path)
-
 
 def read_med(path: Path) -> Source:
     """Mesh of Salome or Code_Aster; the same errors as `read_other`."""

@@ -15,6 +15,7 @@ from bubblemesh.messages import shown
 from bubblemesh.records import record
 
 Data = NDArray[Any]
+NO_SETS: Mapping[str, Any] = {}
 NO_CELLS = "gmsh:bounding_entities"  # called a set by meshio, but holds numbers of Gmsh's entities
 
 
@@ -86,11 +87,19 @@ def _fits(chosen: Sequence[Any], blocks: Sequence[Block]) -> bool:
     return all(len(some) == 0 or (some.dtype.kind in "iu" and 0 <= some.min() <= some.max() < n) for some, n in rows)
 
 
-def with_named_edges(points: Data, faces: Sequence[Block], edges: Mapping[str, Integers], **more: Any) -> Source:
-    """Source with blocks of faces, and edges (m, 2) as named sets."""
+def with_named_edges(
+    points: Data,
+    faces: Sequence[Block],
+    edges: Mapping[str, Integers],
+    face_sets: Mapping[str, Sequence[Integers]] = NO_SETS,
+    **more: Any,
+) -> Source:
+    """Source with blocks of faces, of which there may be named sets, and edges (m, 2) as named sets."""
+    none: list[Integers | None] = [None] * len(faces)
     ends = np.cumsum([0, *map(len, edges.values())])
     spans = dict(zip(edges, pairwise(ends.tolist()), strict=True))
-    sets = {name: [*([None] * len(faces)), np.arange(*span)] for name, span in spans.items()}
+    sets: dict[str, list[Any]] = {name: [*chosen, None] for name, chosen in face_sets.items()}
+    sets |= {name: [*face_sets.get(name, none), np.arange(*span)] for name, span in spans.items()}
     lines = Block("line", np.concatenate([np.zeros((0, 2), np.int64), *edges.values()]))
     return Source(points, [*faces, lines], cell_sets=sets, **more)
 

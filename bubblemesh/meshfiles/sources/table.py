@@ -20,7 +20,7 @@ READERS: Mapping[str, str] = {
     ".sol": "medit.read_solution",
     ".msh": "gmsh.read_msh",
     ".pos": "pos.read_pos",
-    ".inp": "other.read_inp",
+    ".inp": "abaqus.read_inp",
     ".med": "other.read_med",
     ".su2": "su2.read_su2",
     ".14": "coasts.read_grid",

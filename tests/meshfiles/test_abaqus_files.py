@@ -1,0 +1,131 @@
+"""Decks of Abaqus and CalculiX as other programs write them: sets within sets, ranges, surfaces, several parts."""
+
+import pytest
+
+from bubblemesh.errors import FileError
+from bubblemesh.meshfiles.read import read_mesh
+
+# Two rows of a rectangle of 2 by 2: squares below, triangles above. Written as Abaqus/CAE does.
+DECK = """\
+*Heading
+** Job name: plate
+*Part, name=Plate
+*Node
+  1, 0., 0.
+  2, 1., 0.
+  3, 2., 0.
+  4, 0., 1.
+  5, 1., 1.
+  6, 2., 1.
+  7, 0., 2.
+  8, 1., 2.
+  9, 2.,
+*Element, type=CPS4R
+11, 1, 2, 5, 4
+12, 2, 3, 6, 5
+*Element, type=cps3
+21, 4, 5, 7
+22, 5, 8, 7
+23, 5, 6, 8
+24, 6, 9, 8
+*Elset, elset=lower, generate
+ 11, 12, 1
+*Elset, elset=Upper, generate
+ 21, 24
+*Elset, elset=corner
+ 11
+*Elset, elset=left half
+ corner, 21, 22
+*Elset, elset=_floor_S1, internal
+ LOWER
+*Elset, elset=_wall_S4, internal
+ 11,
+*Elset, elset=_wall_S3, internal
+ 21
+*End Part
+*Surface, type=ELEMENT, name=floor
+_floor_S1, S1
+*Surface, type=ELEMENT, name="the wall"
+_wall_S4, S4
+_wall_S3, S3
+*Surface, type=NODE, name=nodes
+Set-1, 1.
+*Nset, nset=nodes
+ 1, 2
+*Step, name=Step-1
+*End Step
+"""
+
+
+@pytest.fixture
+def deck(tmp_path):
+    def write(*changes):
+        text = DECK.replace("  9, 2.,\n", "  9, 2., 2.\n")
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "plate.inp").write_text(text)
+        return tmp_path / "plate.inp"
+
+    return write
+
+
+def sides(mesh, label):
+    """Middles of the edges with a label."""
+    chosen = mesh.facets[mesh.facet_labels == mesh.labels.index(label)]
+    return sorted(map(tuple, mesh.points[chosen].mean(axis=1).tolist()))
+
+
+def test_surfaces_are_labels_and_sets_of_elements_regions(deck):
+    read = read_mesh(deck())
+    mesh = read.mesh
+    assert (len(mesh.points), len(mesh.triangles), len(mesh.quads)) == (9, 8, 2)
+    assert set(mesh.labels) == {"floor", "the wall"}
+    assert sides(mesh, "floor") == [(0.5, 0), (1.5, 0)]
+    assert sides(mesh, "the wall") == [(0, 0.5), (0, 1.5)]
+    assert read.node_sets == ("nodes",)
+    # Internal sets are those of surfaces; a cell in several sets belongs to the smallest.
+    middles = mesh.points[mesh.triangles].mean(axis=1)
+    of = {tuple(middle): mesh.regions[k] for middle, k in zip(middles.round(2), mesh.triangle_regions, strict=True)}
+    assert {of[point] for point in of if point[1] < 1 and point[0] > 1} == {"lower"}
+    assert {of[point] for point in of if point[1] < 1 and point[0] < 1} == {"corner"}
+    assert {of[point] for point in of if point[1] > 1 and point[0] > 1} == {"Upper"}
+    assert "left half" in {of[point] for point in of if point[1] > 1}
+
+
+def test_a_coordinate_that_is_left_out_is_zero(deck):
+    mesh = read_mesh(
+        deck(("  9, 2., 2.\n", "  9, 2.,\n"), ("24, 6, 9, 8\n", ""), ("12, 2, 3, 6, 5\n", "12, 2, 9, 6, 5\n"))
+    ).mesh
+    assert mesh.points.tolist() == [[0, 0], [1, 0], [0, 1], [1, 1], [2, 1], [0, 2], [1, 2], [2, 0]]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("*End Part", "*Node\n 1, 9., 9."), "has the node 1 twice: of several parts with numbers of their own write"),
+        (("*End Part", "*Element, type=CPS3\n 11, 1, 2, 4"), "has the element 11 twice"),
+        (("_floor_S1, S1", "99, S1"), "names the element 99, which is not there"),
+        (("22, 5, 8, 7", "22, 5, 8, 77"), "names the node 77, which is not there"),
+        (("22, 5, 8, 7", "22, 5, 8"), "an element of the type CPS3 has more or fewer than 3 nodes"),
+        (("22, 5, 8, 7", "22, 5, 8, x"), "its elements are no whole numbers"),
+        (("8, 1., 2.", "8, 1., y"), "its coordinates are no numbers"),
+        (("type=cps3", "type=CPS5"), "has elements of the type CPS5, which is not known here"),
+        (("11, 12, 1", "first, last"), "its ranges of a set are no whole numbers"),
+    ],
+)
+def test_what_is_damaged_is_told(change, message, deck):
+    with pytest.raises(FileError, match=message):
+        read_mesh(deck(change))
+
+
+def test_a_range_far_beyond_the_elements_takes_no_time(deck):
+    mesh = read_mesh(deck(("11, 12, 1", "11, 999999999999, 1"))).mesh
+    assert "lower" in mesh.regions or "Upper" in mesh.regions
+
+
+def test_faces_of_solids_are_no_edges(deck):
+    brick = "*Element, type=C3D4\n 31, 1, 2, 5, 9\n*Surface, name=face\n 31, S1\n*End Part"
+    read = read_mesh(deck(("*End Part", brick)))
+    assert "face" not in read.mesh.labels
+    assert read.left_out == ("tetra",)
