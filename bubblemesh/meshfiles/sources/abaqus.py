@@ -27,7 +27,7 @@ Sets = dict[str, list[int]]
 """Numbers of the elements of each set, by its name in capitals: names have no case."""
 
 
-class Section(NamedTuple):
+class KeywordBlock(NamedTuple):
     """A keyword with its options, whose names are capitals, and the words of each line that follows."""
 
     keyword: str
@@ -81,7 +81,7 @@ def read_inp(path: Path) -> Source:
     )
 
 
-def _sections(text: str) -> Iterator[Section]:
+def _sections(text: str) -> Iterator[KeywordBlock]:
     """All keywords of a deck, without comments."""
     keyword, options, lines = "", dict[str, str](), list[list[str]]()
     for line in text.splitlines():
@@ -91,11 +91,11 @@ def _sections(text: str) -> Iterator[Section]:
         if not line.startswith("*"):
             lines.append([word for word in words if word])
             continue
-        yield Section(keyword, options, lines)
+        yield KeywordBlock(keyword, options, lines)
         keyword, lines = words[0].lstrip("*").upper(), []
         pairs = (word.partition("=") for word in words[1:])
         options = {name.strip().upper(): value.strip().strip('"') for name, _, value in pairs}
-    yield Section(keyword, options, lines)
+    yield KeywordBlock(keyword, options, lines)
 
 
 def _spans(elements: Sequence[Elements]) -> Iterator[tuple[int, int]]:
@@ -112,7 +112,7 @@ def _numbering(numbers: Integers, what: str) -> Numbering:
     return Numbering(numbers, what)
 
 
-def _elements(section: Section) -> Elements:
+def _elements(section: KeywordBlock) -> Elements:
     """Elements of a section; FileError if their type is not known, or the last one is not whole."""
     kind, width = _kind(section.option("TYPE"))
     words = wholes(section.words, "elements")
@@ -135,14 +135,14 @@ def _kind(of_type: str) -> tuple[str, int]:
     return kind, num_nodes_per_cell[kind]
 
 
-def _set_names(sections: Sequence[Section]) -> list[str]:
+def _set_names(sections: Sequence[KeywordBlock]) -> list[str]:
     """Names of the sets of elements as they are written first, without those that Abaqus/CAE makes for surfaces."""
     named = [section.options for section in sections if section.option("ELSET") and "INTERNAL" not in section.options]
     first = {options["ELSET"].upper(): options["ELSET"] for options in reversed(named)}
     return [first[name] for name in reversed(first) if name != ALL_ELEMENTS]
 
 
-def _sets(sections: Sequence[Section], elements: Sequence[Elements]) -> Sets:
+def _sets(sections: Sequence[KeywordBlock], elements: Sequence[Elements]) -> Sets:
     """All sets of elements; FileError if one is damaged."""
     sets = Sets()
     for part in elements:
@@ -154,7 +154,7 @@ def _sets(sections: Sequence[Section], elements: Sequence[Elements]) -> Sets:
     return sets
 
 
-def _members(section: Section, sets: Sets, numbers: Sequence[int]) -> list[int]:
+def _members(section: KeywordBlock, sets: Sets, numbers: Sequence[int]) -> list[int]:
     """Elements that a set names: one by one, by other sets, or by their first, last, and step; ``numbers`` are all."""
     if "GENERATE" not in section.options:
         return [number for word in section.words for number in _named(word, sets)]
@@ -169,7 +169,7 @@ def _named(word: str, sets: Sets) -> Sequence[int]:
 
 
 def _surfaces(
-    sections: Sequence[Section], sets: Sets, elements: Sequence[Elements], cells: Numbering
+    sections: Sequence[KeywordBlock], sets: Sets, elements: Sequence[Elements], cells: Numbering
 ) -> dict[str, Integers]:
     """Sides (m, 2) of the plane elements of each surface, by the numbers of their nodes."""
     count = np.concatenate([np.full(len(part.numbers), CORNERS.get(part.kind, 0)) for part in elements])
