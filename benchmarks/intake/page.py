@@ -21,11 +21,12 @@ HEAD = """# Intake: which files get in
 Made by `python -m benchmarks.intake --files FOLDER --rows FILE`, then once more with `--page`. The collection is drawn
 by scripts in `benchmarks/intake`, modelled on how such files look and what they hold, with the slips that they have;
 nothing in it was changed to suit the readers. Each file is meshed as `domain: {file: ...}` with a spacing of a
-thirtieth of its size; if it is refused, it is tried once more with the key that the message names, taken from its
-text. Every mesh is checked by code of its own (triangles counter-clockwise, no node unused or double, boundary edges
-are the free edges and do not cross), and its area is compared with that of what was drawn, where one part or all of
-them were asked for. Times are seconds of the processor from the case to the mesh, on a computer that was busy with
-other runs, for meshes of at least 500 nodes.
+thirtieth of its size. *At once*: that alone makes a mesh. *With the key*: it is refused with a message that names a key
+to add, such as `part: largest` or `join: 0.01`, and with this key, taken from the text of the message, it is meshed.
+Every mesh is checked by code of its own (triangles counter-clockwise, no node unused or double, boundary edges are the
+free edges and do not cross), and its area is compared with that of what was drawn, where one part or all of them were
+asked for. Times are seconds of the processor from the case to the mesh, on a computer that was busy with other runs,
+for meshes of at least 500 nodes.
 
 """
 
