@@ -52,6 +52,7 @@ _wall_S3, S3
 Set-1, 1.
 *Nset, nset=nodes
  1, 2
+*Solid Section, elset=elsewhere, material=steel
 *Step, name=Step-1
 *End Step
 """

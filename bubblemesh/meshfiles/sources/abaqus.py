@@ -137,7 +137,8 @@ def _kind(of_type: str) -> tuple[str, int]:
 
 def _set_names(sections: Sequence[KeywordBlock]) -> list[str]:
     """Names of the sets of elements as they are written first, without those that Abaqus/CAE makes for surfaces."""
-    named = [section.options for section in sections if section.option("ELSET") and "INTERNAL" not in section.options]
+    naming = [section for section in sections if section.keyword in ("ELEMENT", "ELSET") and section.option("ELSET")]
+    named = [section.options for section in naming if "INTERNAL" not in section.options]
     first = {options["ELSET"].upper(): options["ELSET"] for options in reversed(named)}
     return [first[name] for name in reversed(first) if name != ALL_ELEMENTS]
 
