@@ -58,12 +58,37 @@ def annealed(compiled: Library, x: Floats, links: Links, acting: Acting, steps: 
     triangles, edges, count = np.array(links.triangles, order="C"), *room_of_edges(links.triangles)
     twins = np.empty(triangles.shape, np.int32) if links.twins is None else links.twins.copy()
     edges[: len(links.edges)] = links.edges
-    net = len(x), len(triangles), triangles, len(links.edges), edges, int(links.twins is not None), twins
-    facets = len(links.facets), np.ascontiguousarray(links.facets)
-    fixed, most, dt, c = steps
-    moving = start, places, fixed, cycles.calm, *acting, most, dt, len(c), c
-    displacing = len(speeds), cycles.inside, cycles.beside, cycles.seed, cycles.first
-    compiled.call("anneal", *net, *facets, *moving, *displacing, speeds, count, done)
+    compiled.call(
+        "anneal",
+        n=len(x),
+        t=len(triangles),
+        triangles=triangles,
+        m=len(links.edges),
+        edges=edges,
+        known=int(links.twins is not None),
+        twins=twins,
+        facet_count=len(links.facets),
+        facets=np.ascontiguousarray(links.facets),
+        start=start,
+        x=places,
+        fixed=steps.fixed,
+        calm=cycles.calm,
+        d=acting.d,
+        strength=acting.strength,
+        cutoff=acting.cutoff,
+        most=steps.most,
+        dt=steps.dt,
+        steps=len(steps.c),
+        c=steps.c,
+        cycles=len(speeds),
+        inside=cycles.inside,
+        beside=cycles.beside,
+        seed=cycles.seed,
+        first=cycles.first,
+        speeds=speeds,
+        count=count,
+        done=done,
+    )
     if done[0] < len(speeds):
         return Annealed(places, None, start, speeds[: done[0]])
     return Annealed(places, Legal(triangles, shortened(edges, count), twins), start, speeds)

@@ -11,6 +11,14 @@ def bulge_distances(
 ) -> Floats:
     """Distances (k,) of points (k, 2) from some (k,) of the ``cubics`` (c, 9), whose columns are those of `Bulges`."""
     found = np.empty(len(points))
-    arrays = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(of, np.int64), cubics
-    compiled.call("bulge_distances", len(points), *arrays, steps, flattest, found)
+    compiled.call(
+        "bulge_distances",
+        n=len(points),
+        places=np.ascontiguousarray(points, np.float64),
+        of=np.ascontiguousarray(of, np.int64),
+        cubics=cubics,
+        steps=steps,
+        flattest=flattest,
+        distance=found,
+    )
     return found

@@ -45,10 +45,34 @@ def annealed(
     """
     places, result = np.array(x, order="C"), np.array(triangles, order="C")
     edges, count = room_of_edges(triangles)
-    net = len(x), len(result), result, len(facets), np.ascontiguousarray(facets), places
-    known = (np.ascontiguousarray(part) for part in tensors)
-    displacing = cycles.calm, len(cycles.inside), cycles.inside, cycles.beside, cycles.seed, cycles.first
-    fixed, *motion = relaxing
-    bounds = CUTOFF, MOST_MOVE, KEEP, SHORTEST, MOST_PASSES, SURE, FLATTEST
-    compiled.call("metric_anneal", *net, *known, fixed, *displacing, *motion, *bounds, edges, count)
+    compiled.call(
+        "metric_anneal",
+        n=len(x),
+        t=len(result),
+        triangles=result,
+        f=len(facets),
+        facets=np.ascontiguousarray(facets),
+        x=places,
+        m=np.ascontiguousarray(tensors.entries),
+        roots=np.ascontiguousarray(tensors.roots),
+        fixed=relaxing.fixed,
+        calm=cycles.calm,
+        cycles=len(cycles.inside),
+        inside=cycles.inside,
+        beside=cycles.beside,
+        seed=cycles.seed,
+        first=cycles.first,
+        steps=relaxing.steps,
+        dt=relaxing.dt,
+        c=relaxing.c,
+        cutoff=CUTOFF,
+        most=MOST_MOVE,
+        keep=KEEP,
+        shortest=SHORTEST,
+        passes=MOST_PASSES,
+        sure=SURE,
+        flattest=FLATTEST,
+        edges=edges,
+        count=count,
+    )
     return places, result, shortened(edges, count)

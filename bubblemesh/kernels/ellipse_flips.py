@@ -26,8 +26,21 @@ def flipped(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tupl
     if compiled is None:
         return flipped_in_numpy(triangles, x, m, facets)
     result, (edges, count) = np.array(triangles, order="C"), room_of_edges(triangles)
-    given = np.ascontiguousarray(x), np.ascontiguousarray(m), len(facets), np.ascontiguousarray(facets)
-    compiled.call("metric_flips", len(x), len(result), result, *given, MOST_PASSES, SURE, FLATTEST, edges, count)
+    compiled.call(
+        "metric_flips",
+        n=len(x),
+        t=len(result),
+        triangles=result,
+        x=np.ascontiguousarray(x),
+        m=np.ascontiguousarray(m),
+        f=len(facets),
+        facets=np.ascontiguousarray(facets),
+        passes=MOST_PASSES,
+        sure=SURE,
+        flattest=FLATTEST,
+        edges=edges,
+        count=count,
+    )
     return result, shortened(edges, count)
 
 

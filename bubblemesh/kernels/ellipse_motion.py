@@ -26,8 +26,16 @@ def moved(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]
     if compiled is None:
         return moved_in_numpy(x, move, triangles)
     places, share = np.array(x, order="C"), np.empty(len(x))
-    rows = len(x), len(triangles), np.ascontiguousarray(triangles)
-    compiled.call("guarded_move", *rows, places, np.ascontiguousarray(move), KEEP, share)
+    compiled.call(
+        "guarded_move",
+        n=len(x),
+        t=len(triangles),
+        triangles=np.ascontiguousarray(triangles),
+        x=places,
+        move=np.ascontiguousarray(move),
+        keep=KEEP,
+        share=share,
+    )
     return places, share
 
 
@@ -61,9 +69,25 @@ def relaxed(
     if compiled is None:
         return relaxed_in_numpy(x, m, triangles, edges, fixed, steps, dt, c)
     places, speeds = np.array(x, order="C"), np.empty(steps)
-    rows = len(x), len(triangles), np.ascontiguousarray(triangles), len(edges), np.ascontiguousarray(edges)
-    bounds = CUTOFF, MOST_MOVE, KEEP, SHORTEST
-    compiled.call("metric_relax", *rows, places, np.ascontiguousarray(m), fixed, steps, dt, c, *bounds, speeds)
+    compiled.call(
+        "metric_relax",
+        n=len(x),
+        t=len(triangles),
+        triangles=np.ascontiguousarray(triangles),
+        e=len(edges),
+        edges=np.ascontiguousarray(edges),
+        x=places,
+        m=np.ascontiguousarray(m),
+        fixed=fixed,
+        steps=steps,
+        dt=dt,
+        c=c,
+        cutoff=CUTOFF,
+        most=MOST_MOVE,
+        keep=KEEP,
+        shortest=SHORTEST,
+        speeds=speeds,
+    )
     return places, speeds
 
 

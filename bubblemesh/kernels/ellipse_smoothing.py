@@ -66,10 +66,29 @@ class Newton(NamedTuple):
         if compiled is None:
             return self.moved_in_numpy(x, sweeps)
         places, order = np.array(x, order="C"), np.concatenate([np.zeros(0, np.int64), *self.groups])
-        rows = len(x), len(self.triangles), np.ascontiguousarray(self.triangles), places
-        known = (np.ascontiguousarray(part) for part in (*self.inside, *self.own, self.axes))
-        bounds = BEND, TRUST, DELTA, MOST_SMOOTHED, TRIES
-        compiled.call("metric_smooth", *rows, *known, len(order), order, sweeps, float(self.weight), *bounds)
+        compiled.call(
+            "metric_smooth",
+            n=len(x),
+            t=len(self.triangles),
+            triangles=np.ascontiguousarray(self.triangles),
+            x=places,
+            inside=np.ascontiguousarray(self.inside.places),
+            inside_roots=np.ascontiguousarray(self.inside.roots),
+            inside_slopes=np.ascontiguousarray(self.inside.slopes),
+            own=np.ascontiguousarray(self.own.places),
+            own_roots=np.ascontiguousarray(self.own.roots),
+            own_slopes=np.ascontiguousarray(self.own.slopes),
+            axes=np.ascontiguousarray(self.axes),
+            count=len(order),
+            order=order,
+            sweeps=sweeps,
+            weight=float(self.weight),
+            bend=BEND,
+            trust=TRUST,
+            delta=DELTA,
+            most=MOST_SMOOTHED,
+            tries=TRIES,
+        )
         return places
 
     def moved_in_numpy(self, x: Floats, sweeps: int) -> Floats:

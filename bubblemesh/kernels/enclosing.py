@@ -19,6 +19,8 @@ def enclosed(cells: NDArray[np.uint32], rings: Integers, n: int) -> Integers | N
         return None
     triangles, counts = np.empty((len(cells), 3), np.int64), np.empty(2, np.int64)
     walls = np.ascontiguousarray(rings, np.int64)
-    compiled.call("enclose", n, len(cells), cells, len(walls), walls, triangles, counts)
+    compiled.call(
+        "enclose", n=n, t=len(cells), cells=cells, m=len(walls), walls=walls, triangles=triangles, counts=counts
+    )
     count, in_pieces = counts.tolist()
     return None if in_pieces else triangles[:count]

@@ -30,7 +30,7 @@ def hilbert_index(cells: Integers, bits: int) -> Integers:
     if compiled is None:
         return hilbert_index_in_numpy(cells, bits)
     index = np.empty(len(cells), np.int64)
-    compiled.call("hilbert_index", len(cells), np.ascontiguousarray(cells, np.int64), bits, index)
+    compiled.call("hilbert_index", n=len(cells), cells=np.ascontiguousarray(cells, np.int64), bits=bits, index=index)
     return index
 
 

@@ -17,30 +17,53 @@ VERSION = 26  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
-# What each function takes: i a whole number, d a number, and the letters of `ARRAYS` for arrays.
+# What each function takes, by the names of its parameters: i a whole number, d a number, and the letters of `ARRAYS`
+# for arrays.
 SIGNATURES = {
-    "anneal": "iiIiIiHiIDDiBDDdDdiDiDDiiDII",
-    "bulge_distances": "iDIDidD",
-    "descend": "iiiiiIIDdddDDdddDiD",
-    "enclose": "iiUiIII",
-    "guarded_move": "iiIDDdD",
-    "hilbert_index": "iIiI",
-    "interpolate": "iDdddddiIIDIDD",
-    "legalise_triangles": "iiIiIHDDiIiIHIII",
-    "metric_anneal": "iiIiIDDDiBiDDiiiddddddiddII",
-    "metric_flips": "iiIDDiIiddII",
-    "metric_relax": "iiIiIDDiiddddddD",
-    "metric_smooth": "iiIDDDDDDDDiIidddddi",
-    "nearest_chords": "iDiiiDDDIIdI",
-    "order_triangles": "iiIIII",
-    "pair_forces": "iiIDDdDD",
-    "pairs_within": "iDDdiII",
-    "ranks": "iIiIiI",
-    "refine_triangles": "iiIiIIIIII",
-    "relax": "iiIDDdDiDdiDD",
-    "separate_patches": "iiIiIBiiBII",
-    "shape_measures": "iDID",
-    "spread": "iIDiDdi",
+    "anneal": (
+        "n:i t:i triangles:I m:i edges:I known:i twins:H facet_count:i facets:I start:D x:D fixed:i calm:B d:D "
+        "strength:D cutoff:d most:D dt:d steps:i c:D cycles:i inside:D beside:D seed:i first:i speeds:D count:I "
+        "done:I"
+    ),
+    "bulge_distances": "n:i places:D of:I cubics:D steps:i flattest:d distance:D",
+    "descend": (
+        "n:i t:i m:i fixed:i b:i triangles:I edges:I d:D flattest:d worst:d shortest:d scale:D most:D weight:d "
+        "momentum:d step:d tangents:D steps:i x:D"
+    ),
+    "enclose": "n:i t:i cells:U m:i walls:I triangles:I counts:I",
+    "guarded_move": "n:i t:i triangles:I x:D move:D keep:d share:D",
+    "hilbert_index": "n:i cells:I bits:i index:I",
+    "interpolate": (
+        "m:i points:D x:d y:d scale:d unit:d count:d n:i key:I corner:I sides:D vertices:I values:D result:D"
+    ),
+    "legalise_triangles": (
+        "n:i t:i triangles:I known_m:i known_edges:I known_twins:H start:D x:D m:i facets:I open:i ordered:I twins:H "
+        "edges:I count:I outcome:I"
+    ),
+    "metric_anneal": (
+        "n:i t:i triangles:I f:i facets:I x:D m:D roots:D fixed:i calm:B cycles:i inside:D beside:D seed:i first:i "
+        "steps:i dt:d c:d cutoff:d most:d keep:d shortest:d passes:i sure:d flattest:d edges:I count:I"
+    ),
+    "metric_flips": "n:i t:i triangles:I x:D m:D f:i facets:I passes:i sure:d flattest:d edges:I count:I",
+    "metric_relax": (
+        "n:i t:i triangles:I e:i edges:I x:D m:D fixed:i steps:i dt:d c:d cutoff:d most:d keep:d shortest:d speeds:D"
+    ),
+    "metric_smooth": (
+        "n:i t:i triangles:I x:D inside:D inside_roots:D inside_slopes:D own:D own_roots:D own_slopes:D axes:D "
+        "count:i order:I sweeps:i weight:d bend:d trust:d delta:d most:d tries:i"
+    ),
+    "nearest_chords": (
+        "n:i places:D count:i leaves:i length:i boxes:D points:D rectangles:D first:I counts:I slack:d nearest:I"
+    ),
+    "order_triangles": "n:i t:i triangles:I ordered:I edges:I count:I",
+    "pair_forces": "n:i m:i ends:I contact:D strength:D cutoff:d x:D force:D",
+    "pairs_within": "n:i x:D d:D reach:d room:i ordered:I count:I",
+    "ranks": "n:i ascending:I m:i numbers:I with_equal:i result:I",
+    "refine_triangles": "n:i t:i triangles:I m:i edges:I number:I middle:I kept:I sides:I count:I",
+    "relax": "n:i m:i ends:I contact:D strength:D cutoff:d x:D fixed:i most:D dt:d steps:i c:D speeds:D",
+    "separate_patches": "n:i m:i edges:I k:i seeds:I free_nodes:B inner:i outer:i displaced:B moving:I count:I",
+    "shape_measures": "t:i x:D triangles:I eta:D",
+    "spread": "cells:i corners:I rise:D vertices:i values:D kept:d sweeps:i",
 }
 NUMBERS: dict[str, Callable[[Any], object]] = {"i": ctypes.c_int64, "d": ctypes.c_double}
 ARRAYS = {"B": np.bool_, "D": np.float64, "H": np.int32, "I": np.int64, "U": np.uint32}
@@ -60,7 +83,7 @@ class Library:
         if version != VERSION:
             raise FileError(f"{path} is of another version of bubblemesh: install bubblemesh anew")
 
-    def call(self, name: str, *arguments: Argument) -> None:
+    def call(self, name: str, /, **arguments: Argument) -> None:
         """Call a function with contiguous arrays of the types that it takes, and numbers; other threads may run.
 
         Raises
@@ -68,17 +91,22 @@ class Library:
         MemoryError
             If it has too little memory.
         TypeError, ValueError
-            For arguments of other types or layouts, with which it would read or write outside of the arrays.
+            For other parameters than its own, or arguments of other types or layouts, with which it would read or write
+            outside of the arrays.
         """
-        given = [take(argument) for take, argument in zip(_takers(name), arguments, strict=True)]
+        takers = _takers(name)
+        if arguments.keys() != takers.keys():
+            raise TypeError(f"{name} takes {', '.join(takers)} (found {', '.join(arguments)})")
+        given = [take(arguments[parameter]) for parameter, take in takers.items()]
         if getattr(self._functions, name)(*given):
             raise MemoryError
 
 
 @cache
-def _takers(name: str) -> list[Callable[[Any], object]]:
-    """For each argument of a function in C, the function that converts it to what C takes."""
-    return [NUMBERS.get(letter) or partial(_array, np.dtype(ARRAYS[letter])) for letter in SIGNATURES[name]]
+def _takers(name: str) -> dict[str, Callable[[Any], object]]:
+    """For each parameter of a function in C, in their order, the function that converts it to what C takes."""
+    pairs = [word.split(":") for word in SIGNATURES[name].split()]
+    return {parameter: NUMBERS.get(letter) or partial(_array, np.dtype(ARRAYS[letter])) for parameter, letter in pairs}
 
 
 def _array(dtype: np.dtype[Any], argument: Any) -> object:

@@ -31,7 +31,15 @@ def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     if compiled is None:
         return in_order_in_numpy(triangles, n)
     result, (edges, count) = np.empty(triangles.shape, np.int64), room_of_edges(triangles)
-    compiled.call("order_triangles", n, len(result), np.ascontiguousarray(triangles), result, edges, count)
+    compiled.call(
+        "order_triangles",
+        n=n,
+        t=len(result),
+        triangles=np.ascontiguousarray(triangles),
+        ordered=result,
+        edges=edges,
+        count=count,
+    )
     return result, shortened(edges, count)
 
 
@@ -77,10 +85,25 @@ def legalised(
         return None
     result, (edges, count) = np.empty(triangles.shape, np.int64), room_of_edges(triangles)
     twins, outcome = np.empty(result.shape, np.int32), np.empty(1, np.int64)
-    before = (0, edges, twins) if known is None else (len(known.edges), known.edges, known.twins)
-    places = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(x, np.float64)
-    given = np.ascontiguousarray(triangles), *before, *places, len(facets), np.ascontiguousarray(facets), int(is_open)
-    compiled.call("legalise_triangles", len(x), len(result), *given, result, twins, edges, count, outcome)
+    compiled.call(
+        "legalise_triangles",
+        n=len(x),
+        t=len(result),
+        triangles=np.ascontiguousarray(triangles),
+        known_m=0 if known is None else len(known.edges),
+        known_edges=edges if known is None else known.edges,
+        known_twins=twins if known is None else known.twins,
+        start=np.ascontiguousarray(start, np.float64),
+        x=np.ascontiguousarray(x, np.float64),
+        m=len(facets),
+        facets=np.ascontiguousarray(facets),
+        open=int(is_open),
+        ordered=result,
+        twins=twins,
+        edges=edges,
+        count=count,
+        outcome=outcome,
+    )
     if outcome[0] == UNCHANGED:
         return known
     return None if outcome[0] else Legal(result, shortened(edges, count), twins)

@@ -72,8 +72,15 @@ def ranks(ascending: Integers, numbers: Integers, with_equal: bool = False) -> I
     if compiled is None:
         return np.searchsorted(ascending, numbers, side="right" if with_equal else "left")
     result = np.empty(len(numbers), np.int64)
-    flat = [np.ascontiguousarray(column, np.int64) for column in (ascending, numbers)]
-    compiled.call("ranks", len(ascending), flat[0], len(numbers), flat[1], int(with_equal), result)
+    compiled.call(
+        "ranks",
+        n=len(ascending),
+        ascending=np.ascontiguousarray(ascending, np.int64),
+        m=len(numbers),
+        numbers=np.ascontiguousarray(numbers, np.int64),
+        with_equal=int(with_equal),
+        result=result,
+    )
     return result
 
 
@@ -90,16 +97,20 @@ def interpolated(cells: SquareCells, vertices: Integers, values: Floats, points:
     x, y = cells.low.tolist()
     compiled.call(
         "interpolate",
-        len(points),
-        np.ascontiguousarray(points, np.float64),
-        *(x, y, cells.columns / cells.size, cells.size / cells.columns, float(cells.columns)),
-        len(cells.key),
-        np.ascontiguousarray(cells.key),
-        np.ascontiguousarray(cells.column_row),
-        np.ascontiguousarray(cells.sides),
-        np.ascontiguousarray(vertices),
-        np.ascontiguousarray(values),
-        result,
+        m=len(points),
+        points=np.ascontiguousarray(points, np.float64),
+        x=x,
+        y=y,
+        scale=cells.columns / cells.size,
+        unit=cells.size / cells.columns,
+        count=float(cells.columns),
+        n=len(cells.key),
+        key=np.ascontiguousarray(cells.key),
+        corner=np.ascontiguousarray(cells.column_row),
+        sides=np.ascontiguousarray(cells.sides),
+        vertices=np.ascontiguousarray(vertices),
+        values=np.ascontiguousarray(values),
+        result=result,
     )
     return result
 

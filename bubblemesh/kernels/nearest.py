@@ -43,17 +43,19 @@ def nearest_chords(compiled: Library, tree: RunTree, points: Floats, slack: floa
     The search skips boxes whose squared distance is more than ``slack`` times the least one until then.
     """
     found = np.empty(len(points), np.int64)
-    runs, length = len(tree.points), tree.points.shape[2] - 1
-    arrays = tree.boxes, tree.points, tree.rectangles, tree.first, tree.counts
     compiled.call(
         "nearest_chords",
-        len(points),
-        np.ascontiguousarray(points, np.float64),
-        runs,
-        len(tree.boxes) // 2,
-        length,
-        *arrays,
-        slack,
-        found,
+        n=len(points),
+        places=np.ascontiguousarray(points, np.float64),
+        count=len(tree.points),
+        leaves=len(tree.boxes) // 2,
+        length=tree.points.shape[2] - 1,
+        boxes=tree.boxes,
+        points=tree.points,
+        rectangles=tree.rectangles,
+        first=tree.first,
+        counts=tree.counts,
+        slack=slack,
+        nearest=found,
     )
     return found

@@ -14,7 +14,9 @@ def near_pairs(compiled: Library, x: Floats, d: Floats, reach: float) -> Integer
     places, spacings = np.ascontiguousarray(x, np.float64), np.ascontiguousarray(d, np.float64)
     while True:
         pairs = np.empty((room, 2), np.int64)
-        compiled.call("pairs_within", len(x), places, spacings, float(reach), room, pairs, count)
+        compiled.call(
+            "pairs_within", n=len(x), x=places, d=spacings, reach=float(reach), room=room, ordered=pairs, count=count
+        )
         if count[0] <= room:
             return pairs[: count[0]].copy()
         room = int(count[0])

@@ -29,6 +29,18 @@ def separate_patches(
         its patch, else -1 (n,); the number of patches.
     """
     near, patch, count = np.zeros(len(free), bool), np.full(len(free), -1), np.empty(1, np.int64)
-    sizes = len(free), len(edges), np.ascontiguousarray(edges), len(seeds), np.ascontiguousarray(seeds)
-    compiled.call("separate_patches", *sizes, free, inner, outer, near, patch, count)
+    compiled.call(
+        "separate_patches",
+        n=len(free),
+        m=len(edges),
+        edges=np.ascontiguousarray(edges),
+        k=len(seeds),
+        seeds=np.ascontiguousarray(seeds),
+        free_nodes=free,
+        inner=inner,
+        outer=outer,
+        displaced=near,
+        moving=patch,
+        count=count,
+    )
     return near, patch, int(count[0])

@@ -29,9 +29,21 @@ def refined_triangles(
     tuple
         The parts, and the sides of missing ones, in the direction that they had in these.
     """
-    t, given = len(triangles), (np.ascontiguousarray(triangles), len(edges), np.ascontiguousarray(edges))
+    t = len(triangles)
     kept, sides, count = np.empty((4 * t, 3), np.int64), np.empty((4 * t, 2), np.int64), np.empty(2, np.int64)
-    compiled.call("refine_triangles", len(number), t, *given, number, middle, kept, sides, count)
+    compiled.call(
+        "refine_triangles",
+        n=len(number),
+        t=t,
+        triangles=np.ascontiguousarray(triangles),
+        m=len(edges),
+        edges=np.ascontiguousarray(edges),
+        number=number,
+        middle=middle,
+        kept=kept,
+        sides=sides,
+        count=count,
+    )
     kept, sides = kept[: count[0]], sides[: count[1]]
     # A side between two missing parts comes in both directions.
     n = int(sides.max(initial=0)) + 1

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import Library
+from bubblemesh.kernels.library import Argument, Library
 
 CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each other
 
@@ -39,16 +39,35 @@ def pair_force(ratio: Floats) -> Floats:
 
 def forces(compiled: Library, x: Floats, pull: Pull) -> Floats:
     """Forces (n, 2) on bubbles at x (n, 2)."""
-    result, (pairs, contact, strength, cutoff) = np.empty_like(x, order="C"), pull
-    numbers = len(x), len(pairs), np.ascontiguousarray(pairs), contact, strength, cutoff
-    compiled.call("pair_forces", *numbers, np.ascontiguousarray(x), result)
+    result = np.empty_like(x, order="C")
+    compiled.call("pair_forces", **_pulling(pull), x=np.ascontiguousarray(x), force=result)
     return result
 
 
 def relaxed(compiled: Library, x: Floats, pull: Pull, steps: Steps) -> tuple[Floats, Floats]:
     """Places (n, 2) of bubbles, and their mean speeds (steps,), after steps from rest at x (n, 2)."""
-    places, (fixed, most, dt, c) = np.array(x, order="C"), steps
-    speeds, (pairs, contact, strength, cutoff) = np.empty(len(c)), pull
-    numbers = len(x), len(pairs), np.ascontiguousarray(pairs), contact, strength, cutoff
-    compiled.call("relax", *numbers, places, fixed, most, dt, len(c), c, speeds)
+    places, speeds = np.array(x, order="C"), np.empty(len(steps.c))
+    compiled.call(
+        "relax",
+        **_pulling(pull),
+        x=places,
+        fixed=steps.fixed,
+        most=steps.most,
+        dt=steps.dt,
+        steps=len(steps.c),
+        c=steps.c,
+        speeds=speeds,
+    )
     return places, speeds
+
+
+def _pulling(pull: Pull) -> dict[str, Argument]:
+    """Arguments of a kernel that stand for the forces."""
+    return {
+        "n": len(pull.strength),
+        "m": len(pull.pairs),
+        "ends": np.ascontiguousarray(pull.pairs),
+        "contact": pull.contact,
+        "strength": pull.strength,
+        "cutoff": pull.cutoff,
+    }

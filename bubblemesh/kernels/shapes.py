@@ -35,12 +35,29 @@ class Descent(NamedTuple):
         compiled = library()
         if compiled is None:
             return self.moved_in_numpy(x, tangents, steps)
-        triangles, edges, d, scale, most, fixed, sliding, weight, momentum, step = self
-        places, sizes = np.array(x, order="C"), (len(d), len(triangles), len(edges), fixed, sliding)
-        rows = np.ascontiguousarray(triangles), np.ascontiguousarray(edges)
-        given = d, FLATTEST, WORST, SHORTEST, scale, most
-        way = weight, momentum, step, np.ascontiguousarray(tangents), steps
-        compiled.call("descend", *sizes, *rows, *given, *way, places)
+        places = np.array(x, order="C")
+        compiled.call(
+            "descend",
+            n=len(self.d),
+            t=len(self.triangles),
+            m=len(self.edges),
+            fixed=self.fixed,
+            b=self.sliding,
+            triangles=np.ascontiguousarray(self.triangles),
+            edges=np.ascontiguousarray(self.edges),
+            d=self.d,
+            flattest=FLATTEST,
+            worst=WORST,
+            shortest=SHORTEST,
+            scale=self.scale,
+            most=self.most,
+            weight=self.weight,
+            momentum=self.momentum,
+            step=self.step,
+            tangents=np.ascontiguousarray(tangents),
+            steps=steps,
+            x=places,
+        )
         return places
 
     def moved_in_numpy(self, x: Floats, tangents: Floats, steps: int) -> Floats:
@@ -70,8 +87,13 @@ def eta(x: Floats, triangles: Integers) -> Floats:
     if compiled is None:
         return eta_in_numpy(x, triangles)
     result = np.empty(len(triangles))
-    rows = np.ascontiguousarray(triangles, np.int64)
-    compiled.call("shape_measures", len(rows), np.ascontiguousarray(x, np.float64), rows, result)
+    compiled.call(
+        "shape_measures",
+        t=len(triangles),
+        x=np.ascontiguousarray(x, np.float64),
+        triangles=np.ascontiguousarray(triangles, np.int64),
+        eta=result,
+    )
     return result
 
 

@@ -27,7 +27,16 @@ def spread(corners: Integers, rise: Floats, values: Floats, tolerance: float) ->
     if compiled is None:
         return spread_in_numpy(corners, rise, values, 1 - tolerance)
     result = values.copy()
-    compiled.call("spread", len(corners), corners, rise, len(values), result, 1 - tolerance, SWEEPS)
+    compiled.call(
+        "spread",
+        cells=len(corners),
+        corners=corners,
+        rise=rise,
+        vertices=len(values),
+        values=result,
+        kept=1 - tolerance,
+        sweeps=SWEEPS,
+    )
     return result
 
 

@@ -161,11 +161,3 @@ def test_schemes_that_the_kernel_does_not_know_are_gone_through_by_hand(monkeypa
     other = mesh_case(case).mesh
     assert one.points.tobytes() == other.points.tobytes()
     assert one.triangles.tobytes() == other.triangles.tobytes()
-
-
-def test_too_little_memory_is_an_error_and_no_crash():
-    nothing, row, one = np.zeros(0), np.zeros(0, np.int64), np.zeros(1, np.int64)
-    sizes = 1 << 57, 1 << 57, row, 0, row, 0, np.zeros(0, np.int32), 0, row
-    moving = nothing, nothing, 0, np.zeros(0, bool), nothing, nothing, 1.5, nothing, 0.5, 1, nothing
-    with pytest.raises(MemoryError):
-        COMPILED.call("anneal", *sizes, *moving, 1, nothing, nothing, 0, 0, nothing, one, one)

@@ -7,7 +7,6 @@ from twins import needs_compiler
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
 from bubblemesh.kernels.ellipse_motion import KEEP, moved, moved_in_numpy, relaxed, relaxed_in_numpy
 from bubblemesh.kernels.ellipse_smoothing import BEND, Metrics, Newton, costs_in
-from bubblemesh.kernels.library import library
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.kernels.tensors import mapped, roots
 from bubblemesh.meshes.quality import signed_areas
@@ -191,15 +190,3 @@ def test_shapes_cost_by_their_eighth_power_and_bad_ones_by_their_fourth(height):
     power = eta(corners, triangle)[0] ** 4
     expected = power**2 / 2 if power <= BEND else BEND**2 / 2 + BEND * (power - BEND)
     assert costs_in(corners, triangle, inside, own, 0.0)[0] == pytest.approx(expected)
-
-
-@needs_compiler
-def test_too_little_memory_is_an_error_and_no_crash():
-    nothing, row, huge = np.zeros(0), np.zeros(0, np.int64), 1 << 57
-    for name, arguments in {
-        "metric_flips": (huge, huge, row, nothing, nothing, 0, row, 1, 0.0, 0.0, row, row),
-        "guarded_move": (huge, huge, row, nothing, nothing, 0.1, nothing),
-        "metric_relax": (huge, 0, row, 0, row, nothing, nothing, 0, 0, 0.5, 1.0, 1.5, 0.5, 0.1, 0.0, nothing),
-    }.items():
-        with pytest.raises(MemoryError):
-            library().call(name, *arguments)

@@ -13,6 +13,7 @@ from bubblemesh.kernels import library as kernels
 from bubblemesh.kernels.shapes import Descent
 
 TRIANGLES = np.array([[0, 1, 2]])
+HUGE = 1 << 57  # numbers of nodes beyond all memory
 
 
 @pytest.fixture(autouse=True)
@@ -72,8 +73,11 @@ def test_the_signatures_are_those_of_the_sources():
     found = {}
     for source in sources.glob("*.c"):
         for name, given in re.findall(r"^KERNEL int64_t (\w+)\(([^)]*)\)", source.read_text(), re.MULTILINE):
-            types = [re.sub(r"const |\s|\w+$", "", one.strip()) for one in given.split(",")]
-            found[name] = "".join((letters | arrays)[kind] for kind in types)
+            pairs = [
+                re.fullmatch(r"(?:const )?(\w+ \*?)(\w+)", " ".join(one.split())).groups() for one in given.split(",")
+            ]
+            letter = {parameter: (letters | arrays)[kind.replace(" ", "")] for kind, parameter in pairs}
+            found[name] = " ".join(f"{parameter}:{letter[parameter]}" for _, parameter in pairs)
     assert found == kernels.SIGNATURES
 
 
@@ -81,16 +85,41 @@ def test_the_signatures_are_those_of_the_sources():
 @pytest.mark.parametrize(
     ("arguments", "error", "match"),
     [
-        ((1, np.zeros((6, 2))[::2], TRIANGLES, np.zeros(1)), ValueError, "contiguous"),
-        ((1, np.zeros((3, 2), np.float32), TRIANGLES, np.zeros(1)), TypeError, r"float64 here \(found float32\)"),
-        ((1, np.zeros((3, 2)), TRIANGLES.astype(np.int32), np.zeros(1)), TypeError, r"int64 here \(found int32\)"),
-        ((1.5, np.zeros((3, 2)), TRIANGLES, np.zeros(1)), TypeError, "int"),
-        ((1, np.zeros((3, 2)), TRIANGLES), ValueError, "shorter"),
+        ({"x": np.zeros((6, 2))[::2]}, ValueError, "contiguous"),
+        ({"x": np.zeros((3, 2), np.float32)}, TypeError, r"float64 here \(found float32\)"),
+        ({"triangles": TRIANGLES.astype(np.int32)}, TypeError, r"int64 here \(found int32\)"),
+        ({"t": 1.5}, TypeError, "int"),
+        ({"n": 1}, TypeError, r"shape_measures takes t, x, triangles, eta \(found t, x, triangles, eta, n\)"),
     ],
 )
 def test_what_a_function_does_not_take_never_reaches_it(arguments, error, match):
+    right = {"t": 1, "x": np.zeros((3, 2)), "triangles": TRIANGLES, "eta": np.zeros(1)}
     with pytest.raises(error, match=match):
-        kernels.library().call("shape_measures", *arguments)
+        kernels.library().call("shape_measures", **right | arguments)
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("name", "sizes"),
+    [
+        ("anneal", {"n": HUGE, "t": HUGE, "steps": 1, "cycles": 1}),
+        ("metric_flips", {"n": HUGE, "t": HUGE}),
+        ("guarded_move", {"n": HUGE, "t": HUGE}),
+        ("metric_relax", {"n": HUGE}),
+        ("pair_forces", {"n": HUGE}),
+        ("pairs_within", {"n": HUGE}),
+        ("refine_triangles", {"n": HUGE}),
+        ("relax", {"n": HUGE}),
+    ],
+)
+def test_too_little_memory_is_an_error_and_no_crash(name, sizes):
+    kinds = dict(word.split(":") for word in kernels.SIGNATURES[name].split())
+    arguments = {
+        parameter: {"i": 0, "d": 1.0}[letter] if letter in kernels.NUMBERS else np.zeros(1, kernels.ARRAYS[letter])
+        for parameter, letter in kinds.items()
+    }
+    with pytest.raises(MemoryError):
+        kernels.library().call(name, **arguments | sizes)
 
 
 @needs_compiler

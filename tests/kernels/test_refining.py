@@ -55,9 +55,3 @@ def test_sides_between_two_missing_parts_are_not_told():
     assert sides.tolist() == [[2, 0]]
     triangles, sides = refined([LEFT_OUT, 1, 2, LEFT_OUT], [WHOLE] * 5)
     assert (len(triangles), len(sides)) == (0, 0)
-
-
-def test_too_little_memory_is_an_error_and_no_crash():
-    row = np.zeros(0, np.int64)
-    with pytest.raises(MemoryError):
-        library().call("refine_triangles", 1 << 57, 0, row, 0, row, row, row, row, row, row)

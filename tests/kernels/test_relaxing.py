@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from twins import needs_compiler
 
-from bubblemesh.kernels import library as kernels
 from bubblemesh.packing import forces, relaxation
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import VanDerWaals
@@ -47,13 +46,3 @@ def test_both_engines_have_the_same_forces_to_the_last_bit(seed, monkeypatch):
     plain = acting(moved)
     assert compiled.tobytes() == plain.tobytes()
     assert np.abs(plain).max() > 1e-3
-
-
-def test_too_little_memory_is_an_error_and_no_crash():
-    none, ends = np.zeros(0), np.zeros(0, np.int64)
-    with pytest.raises(MemoryError):
-        kernels.library().call("relax", 1 << 57, 0, ends, none, none, 1.5, none, 0, none, 0.5, 0, none, none)
-    with pytest.raises(MemoryError):
-        kernels.library().call("pair_forces", 1 << 57, 0, ends, none, none, 1.5, none, none)
-    with pytest.raises(MemoryError):
-        kernels.library().call("pairs_within", 1 << 57, none, none, 1.5, 0, ends, ends)
