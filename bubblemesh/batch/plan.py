@@ -105,8 +105,8 @@ class Entry:
 def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
     """Entries of all cases of the files, in order, also of those that cannot be read.
 
-    CaseError if two cases would write the same file. FileError if the results of a case would overwrite a case file, or
-    a file that a case reads.
+    CaseError if two cases would write the same file, or an option is wrong for all of them. FileError if the results of
+    a case would overwrite a case file, or a file that a case reads.
     """
     sources = list(files)
     entries: list[Entry] = []
@@ -117,6 +117,7 @@ def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
             entries.append(Entry(len(entries) + 1, _row(source).ended_by(error)))
         else:
             entries += planned(source, variants, options, len(entries) + 1)
+    _require_usable(entries)
     _require_apart(entries, sources)
     return entries
 
@@ -153,6 +154,14 @@ def _seen_from(root: Path, folder: Path) -> str:
         return Path(os.path.relpath(folder, root)).as_posix()
     except ValueError:  # another drive of Windows
         return str(folder.absolute())
+
+
+def _require_usable(entries: Sequence[Entry]) -> None:
+    """Check that no option is wrong for all cases: their results of an earlier batch must not count as failed then."""
+    errors = {entry.row.error for entry in entries}
+    for error in errors:
+        if len(errors) == 1 and error is not None and error.startswith("--"):
+            raise CaseError(error)
 
 
 def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:

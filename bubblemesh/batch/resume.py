@@ -66,6 +66,12 @@ def rows_of_others(entries: Sequence[Entry], rows: Iterable[Row]) -> list[Row]:
     return [row for row in rows if is_of_others(row)]
 
 
+def replaced(earlier: Iterable[Row], staying: Iterable[Row]) -> list[Row]:
+    """Rows of an earlier batch whose cases are not among those that stay: this batch replaces them one by one."""
+    keys = {row.key for row in staying}
+    return [row for row in earlier if row.key not in keys]
+
+
 def _has_extras(row: Row, entry: Entry) -> bool:
     """Whether the row has a mesh, and beside it the page and the tables that the case asks for."""
     extras = {name for name in entry.names if name.endswith(EXTRAS)}

@@ -8,7 +8,7 @@ from typing import Any
 from bubblemesh.batch.dispatch import BatchListener, dispatch
 from bubblemesh.batch.folders import place_files, reserved, tidied
 from bubblemesh.batch.plan import BatchOptions, Entry
-from bubblemesh.batch.resume import recorded, rows_of_others, unchanged
+from bubblemesh.batch.resume import recorded, replaced, rows_of_others, unchanged
 from bubblemesh.batch.summary import Summary, indexed, require_no_index, totals
 from bubblemesh.workers.hire import Hire
 
@@ -29,15 +29,16 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, liste
     root, own = options.root, options.part_of(entries)
     require_no_index(entries, options)
     with reserved(options):
-        known = recorded(root) if options.resume else {}
-        done = unchanged(own, chain.from_iterable(known.values()), root)
-        others = rows_of_others(own, known.get(options.summary, []))
+        known = recorded(root)
+        done = unchanged(own, chain.from_iterable(known.values()), root) if options.resume else {}
+        earlier = known.get(options.summary, [])
+        staying = [*(rows_of_others(own, earlier) if options.resume else ()), *done.values()]
         left = [entry for entry in own if entry.number not in done]
         with (
             tidied(own, options),
             # The summary begins when there are workers: until then an old one stays.
             hire(len(left)) if left else nullcontext() as workers,
-            closing(Summary(options, [*others, *done.values()])) as rows,
+            closing(Summary(options, staying, replaced(earlier, staying))) as rows,
             indexed(rows, own, options, listener.warn),
         ):
             listener.begin(own, len(done), rows.path)
@@ -48,5 +49,5 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, liste
                 results[entry.number] = row = place_files(entry, outcome, options)
                 rows.append(row)
                 listener.finish(entry.number, row)
-            rows.keep()
+            rows.end()
     return totals([results[entry.number] for entry in own], len(done))

@@ -17,13 +17,24 @@ from bubblemesh.meshfiles.writing import PAGE_FILE
 
 
 class Summary:
-    """Two growing files, which replace old ones and begin with the given rows; FileError if they cannot be written."""
+    """Two growing files, which replace old ones and begin with the given rows; FileError if they cannot be written.
 
-    def __init__(self, options: BatchOptions, rows: Iterable[Row]) -> None:
-        self.rows = list(rows)  # all rows in the files
+    Rows of an ``earlier`` batch stay until a case with the same key has a new one, or until this batch is at its end:
+    if it is interrupted, the meshes that they tell of are still there.
+    """
+
+    def __init__(self, options: BatchOptions, rows: Iterable[Row], earlier: Iterable[Row] = ()) -> None:
+        self._rows = list(rows)  # of this batch, and of others that stay
+        self._earlier = {row.key: row for row in earlier}
+        self._has_superseded = False  # whether the files have rows of earlier batches that are no longer true
         self.path = options.summary  # the file with all values of each row
         self._last: tuple[int, Row] | None = None  # size of the lines before the row that is being added, and that row
         self._lines, self._table = self._written()
+
+    @property
+    def rows(self) -> list[Row]:
+        """All rows that are true."""
+        return [*self._earlier.values(), *self._rows]
 
     def append(self, row: Row) -> None:
         """Add a row to both files; FileError if that fails, which leaves both without half lines.
@@ -35,9 +46,21 @@ class Summary:
         self._last = self._lines.size, row
         self._lines.append(row.line())
         self._lines.sync()
-        self.rows.append(row)
+        self._take(row)
         self._table.append(row.cells())
         self._last = None
+
+    def _take(self, row: Row) -> None:
+        """Count a row among those in the files, in place of an earlier one of its case."""
+        if row not in self._rows[-1:]:
+            self._rows.append(row)
+        self._has_superseded |= self._earlier.pop(row.key, None) is not None
+
+    def end(self) -> None:
+        """Drop what is left of earlier batches, as this one is at its end; FileError as for `keep`."""
+        self.keep()
+        self._has_superseded |= bool(self._earlier)
+        self._earlier.clear()
 
     def keep(self) -> None:
         """Write both files anew if one has been removed; FileError if another summary has taken their place."""
@@ -45,16 +68,22 @@ class Summary:
             return
         if os.path.lexists(self.path) and not self._lines.in_place:
             raise FileError(f"{self.path}: another file has taken its place: run the batch again with --resume")
+        self._rewrite()
+
+    def _rewrite(self) -> None:
         old = self._lines, self._table
         self._lines, self._table = self._written()
         for lines in old:
             lines.close()
 
     def close(self) -> None:
-        """Close both files, after adding to the table the row that an interrupt has left out."""
+        """Close both files, with the row that an interrupt has left out of the table, and without replaced ones."""
         try:
             if self._last is not None and self._lines.size > self._last[0]:
+                self._take(self._last[1])
                 self._table.append(self._last[1].cells())
+            if self._has_superseded:
+                self._rewrite()
         finally:
             self._lines.close()
             self._table.close()

@@ -11,12 +11,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from batches import BAD, SMALL, batch, command, finished, lines_of, results_in, rows_of
+from batch_cases import table_in
+from batches import BAD, SMALL, Finished, batch, command, finished, follow, lines_of, results_in, rows_of
 
 from bubblemesh.batch import BatchOptions
 from bubblemesh.batch.folders import staging_prefix
 from bubblemesh.batch.worker import BatchJob
 from bubblemesh.case import overrides_of
+from bubblemesh.errors import CaseError
 
 RING = "0 0\n1 0\n1 1\n0 1\n"
 WITH_FILE = SMALL.replace("rectangle: [0, 0, 1, 1], label: wall", "file: ../data/ring.txt")
@@ -50,6 +52,56 @@ def modified(folder):
     return {
         path.name: path.stat().st_mtime_ns for path in Path(folder).iterdir() if not path.name.startswith("summary")
     }
+
+
+def stopped_after(count):
+    """Listens to a batch, and interrupts it after so many cases."""
+    ended = []
+
+    def hear(event):
+        if isinstance(event, Finished):
+            ended.append(event.row.case)
+            if len(ended) == count:
+                raise KeyboardInterrupt
+
+    return hear
+
+
+@pytest.mark.parametrize("resume", [False, True])
+def test_rows_of_an_earlier_batch_stay_until_their_cases_have_new_ones(done, resume):
+    before = {row["case"]: row for row in lines_of(Path("out/summary.jsonl"))}
+    coarser = overrides_of(["spacing=0.45"])
+    with pytest.raises(KeyboardInterrupt):
+        follow(stopped_after(1), "cases", folder="out", resume=resume, overrides=coarser)
+    rows = {row["case"]: row for row in lines_of(Path("out/summary.jsonl"))}
+    assert rows.keys() == before.keys()
+    assert len(lines_of(Path("out/summary.jsonl"))) == len(table_in(Path("out"))) == len(before)
+    changed = [case for case, row in rows.items() if row["inputs"] != before[case]["inputs"]]
+    assert len(changed) == 1
+    assert anew() == changed
+    after = {row["case"]: row["inputs"] for row in lines_of(Path("out/summary.jsonl"))}
+    assert after == {case: row["inputs"] for case, row in before.items()}
+
+
+def test_a_batch_that_is_killed_may_leave_two_rows_of_a_case_of_which_the_true_one_counts(done):
+    rows = Path("out/summary.jsonl").read_text()
+    Path("out/summary.jsonl").write_text(re.sub('"inputs": "[0-9a-f]', '"inputs": "x', rows) + rows)
+    assert anew(workers=lambda count: pytest.fail("nothing to do")) == []
+    assert len(lines_of(Path("out/summary.jsonl"))) == 3
+
+
+def test_a_batch_that_ends_has_the_rows_of_its_own_cases_alone(done):
+    rows_of("cases/plain.yaml", folder="out")
+    assert [row["case"] for row in lines_of(Path("out/summary.jsonl"))] == ["plain"]
+    assert [row["case"] for row in table_in(Path("out"))] == ["plain"]
+
+
+@pytest.mark.parametrize("option", [{"method": "nope"}, {"seed": -1}])
+def test_an_option_that_is_wrong_for_all_cases_is_refused_before_anything_is_written(option, done):
+    before = Path("out/summary.jsonl").read_bytes()
+    with pytest.raises(CaseError, match=r"^--"):
+        rows_of("cases", folder="out", overrides=overrides_of(**option))
+    assert Path("out/summary.jsonl").read_bytes() == before
 
 
 def test_nothing_is_done_twice_if_nothing_has_changed(done):
