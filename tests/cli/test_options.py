@@ -45,8 +45,7 @@ def test_an_option_is_a_row_in_each_of_two_tables(command, with_option_called, t
     if command != "check":
         assert (tmp_path / "plate.msh").exists()
     refused = with_option_called(command, "case.yaml", "--called", "a/b")
-    told = str(refused.exception) if command != "batch" else refused.stderr
-    assert "--called: name: " in told
+    assert "--called: name: " in str(refused.exception)
 
 
 def test_every_command_that_reads_a_case_shows_the_option(with_option_called):
