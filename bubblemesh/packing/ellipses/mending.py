@@ -17,6 +17,7 @@ from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 LEAST_GAIN = 0.1  # of what triangles cost, for which a bubble leaves
+IN_VAIN = 0.2  # of the attempts: after so many in a row without a gain there is no hope for more
 
 
 class Removals(NamedTuple):
@@ -100,7 +101,7 @@ class EllipseMending(MendingAttempts):
     def tried(
         self, ellipses: EllipseNet, spacing: MetricSpacing, smoothing: AnyEllipseSmoothing, random: np.random.Generator
     ) -> Iterator[Tried]:
-        """Bubbles and triangles after each attempt at those above ``mend_worse``, until none are left."""
+        """Bubbles and triangles after each attempt at those above ``mend_worse``, until none are left or gain by it."""
         net, requested = ellipses.net, spacing.unstraightened
         x, triangles = net.bubbles.x, net.triangles
         trials = Trials(net, requested, smoothing, self, random)
@@ -108,7 +109,7 @@ class EllipseMending(MendingAttempts):
         state = Tried(x, requested.at(x), triangles, cost, failures)
         for _ in range(self.attempts):
             candidates = trials.candidates(state)
-            if len(candidates) == 0:
+            if len(candidates) == 0 or state.in_vain >= IN_VAIN * self.attempts:
                 break
             state = trials.attempt(state, candidates)
             yield state

@@ -49,6 +49,7 @@ class Tried:
     costs: Floats  # (t,)
     failures: Integers  # (n,): trials in vain of triangles there
     came: int = 0  # bubbles that have come, those that have left again too
+    in_vain: int = 0  # last attempts, in a row, after which nothing stayed so
 
     def within(self, net: Net, spacing: MetricSpacing) -> EllipseNet:
         """The bubbles as tried so far, within the boundary of a net, with the tensors of a spacing."""
@@ -101,7 +102,7 @@ class Trials:
         used[triangles] = True
         numbered = (np.cumsum(used) - 1)[triangles]
         now = x[used], tensors[used], numbered, np.append(state.costs[stays], cost), failures[used]
-        return Tried(*now, state.came + came)
+        return Tried(*now, state.came + came, 0 if better.any() else state.in_vain + 1)
 
     def changed(self, patches: PatchNet, corners: Integers, state: Tried, edges: Integers) -> PatchNet:
         """Patches in which a bubble has left, one has come, or the free ones are displaced.

@@ -10,6 +10,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.tensors import of_axes
+from bubblemesh.packing.ellipses import trials
 from bubblemesh.packing.ellipses.net import connected
 from bubblemesh.packing.ellipses.patches import patches_around
 from bubblemesh.packing.ellipses.smoothing import better_shapes, costs, shape_measures
@@ -90,6 +91,11 @@ def test_trials_count_the_bubbles_that_come(ellipses):
         assert len(each.x) - len(before) <= each.came
         came = each.came
     assert came > 0
+
+
+def test_attempts_end_after_a_fifth_of_them_in_vain(ellipses, monkeypatch):
+    monkeypatch.setattr(trials, "LEAST_GAIN", np.inf)
+    assert [each.in_vain for each in attempts(ellipses, waves(), mend_attempts=10)] == [1, 2]
 
 
 def test_where_no_triangle_is_bad_nothing_is_tried(ellipses):
