@@ -47,7 +47,8 @@ class Newton(NamedTuple):
     The terms of the sum are
 
     - for each triangle, Huber's function of eta^4, for the shape measure eta in the metric at the centroid,
-    - for each side, weight * (l^2 + 1 / l^2 - 2), for the mean l of its lengths in the metrics of both ends.
+    - for each side, weight * (l - 1 / l)^2, for the mean l of its lengths in the metrics of both ends, beyond what that
+      is for the length ``free``: from 1 / free to free lengths cost nothing.
 
     Each node moves along its two axes, and only as far as the terms around it decrease, so that no triangle is
     inverted. An axis of 0 is left out.
@@ -59,6 +60,7 @@ class Newton(NamedTuple):
     axes: Floats  # (n, 4): two steps of length 1 of each node, as rows (ux, uy, vx, vy)
     groups: Sequence[Integers]  # nodes (k,) of each, no two of which are in a triangle
     weight: float
+    free: float = 1.0
 
     def moved(self, x: Floats, sweeps: int) -> Floats:
         """Places (n, 2) of the nodes after so many sweeps over all groups from x (n, 2)."""
@@ -83,6 +85,7 @@ class Newton(NamedTuple):
             order=order,
             sweeps=sweeps,
             weight=float(self.weight),
+            slack=_side_term(self.free),
             bend=BEND,
             trust=TRUST,
             delta=DELTA,
@@ -101,19 +104,26 @@ class Newton(NamedTuple):
         ]
         for _ in range(sweeps):
             for group, triangles, inside in around:
-                _improve(x, group, triangles, inside, self.own, self.axes[group], self.weight)
+                _improve(x, group, triangles, inside, self.own, self.axes[group], self.weight, self.free)
         return x
 
 
 def _improve(
-    x: Floats, group: Integers, triangles: Integers, inside: Metrics, own: Metrics, axes: Floats, weight: float
+    x: Floats,
+    group: Integers,
+    triangles: Integers,
+    inside: Metrics,
+    own: Metrics,
+    axes: Floats,
+    weight: float,
+    free: float,
 ) -> None:
     """Move the nodes of a group (k,) with triangles (t, 3) around, by steps of Newton's method along axes (k, 4)."""
     places, u, v = x[group].copy(), axes[:, :2], axes[:, 2:]
 
     def cost(at: Floats) -> Floats:
         x[group] = at
-        each = costs_in(x, triangles, inside, own, weight)
+        each = costs_in(x, triangles, inside, own, weight, free)
         return np.asarray(np.bincount(triangles.ravel(), np.repeat(each, 3), len(x))[group], np.float64)
 
     with np.errstate(invalid="ignore"):
@@ -135,7 +145,7 @@ def _improve(
     x[group] = places
 
 
-def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float) -> Floats:
+def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float, free: float = 1.0) -> Floats:
     """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `Newton` decreases, in the same metrics."""
     (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
     root, far = inside.at(np.column_stack([(ax + bx + ox) / 3, (ay + by + oy) / 3]))
@@ -146,11 +156,21 @@ def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weig
     known = (r11 > 0) & (r22 > 0) & (area > 0) & (far <= TRUST * TRUST)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (FOUR_ROOTS * area)
-        ab, bo, oa = _squared_sides(x, triangles, own)
+        ab, bo, oa = (_beyond(side, free) for side in _squared_sides(x, triangles, own))
         power = eta * eta * (eta * eta)
         shape = np.where(power > BEND, BEND * (power - BEND / 2), power * power / 2)
-        cost = shape + weight * ((ab + 1 / ab) + (bo + 1 / bo) + (oa + 1 / oa) - 6)
+        cost = shape + weight * (ab + bo + oa)
     return np.where(known, cost, np.inf)
+
+
+def _beyond(squared: Floats, free: float) -> Floats:
+    """Terms (t,) of sides by the squares (t,) of their lengths."""
+    return np.maximum(squared + 1 / squared - 2 - _side_term(free), 0.0)
+
+
+def _side_term(length: float) -> float:
+    """Term (l - 1 / l)^2 of a length."""
+    return (length - 1 / length) ** 2
 
 
 def _squared_sides(x: Floats, triangles: Integers, own: Metrics) -> list[Floats]:

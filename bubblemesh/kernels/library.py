@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 26  # of the library's functions, as in source/library.c
+VERSION = 27  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
@@ -50,7 +50,7 @@ SIGNATURES = {
     ),
     "metric_smooth": (
         "n:i t:i triangles:I x:D inside:D inside_roots:D inside_slopes:D own:D own_roots:D own_slopes:D axes:D "
-        "count:i order:I sweeps:i weight:d bend:d trust:d delta:d most:d tries:i"
+        "count:i order:I sweeps:i weight:d slack:d bend:d trust:d delta:d most:d tries:i"
     ),
     "nearest_chords": (
         "n:i places:D count:i leaves:i length:i boxes:D points:D rectangles:D first:I counts:I slack:d nearest:I"

@@ -133,10 +133,10 @@ def smoothing_problem(seed, aspect=8.0):
 
 @needs_compiler
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("aspect", [1.0, 30.0])
-def test_both_engines_smooth_alike(seed, aspect):
+@pytest.mark.parametrize(("aspect", "free"), [(1.0, 1.0), (30.0, 1.0), (5.0, 1.3)])
+def test_both_engines_smooth_alike(seed, aspect, free):
     x, *given = smoothing_problem(seed, aspect)
-    newton = Newton(*given, 0.5)
+    newton = Newton(*given, 0.5, free)
     np.testing.assert_array_equal(newton.moved(x, 3), newton.moved_in_numpy(x, 3))
 
 
@@ -180,6 +180,15 @@ def test_sides_are_measured_by_the_metrics_of_both_ends():
     inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
     own = Metrics(corners, np.repeat([[2.0, 0, 2.0]], 3, axis=0), np.zeros((3, 6)))
     assert costs_in(corners, triangle, inside, own, 1.0)[0] == pytest.approx(0.5 + 3 * (4 + 0.25 - 2))
+
+
+@pytest.mark.parametrize(("size", "beyond"), [(0.7, 0.7), (0.8, 1.25), (1.0, 1.25), (1.2, 1.25), (1.5, 1.5)])
+def test_lengths_that_are_free_cost_nothing(size, beyond):
+    corners, triangle = size * np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]]), np.array([[0, 1, 2]])
+    inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
+    own = Metrics(corners, np.repeat([[1.0, 0, 1.0]], 3, axis=0), np.zeros((3, 6)))
+    expected = 0.5 + 3 * ((beyond - 1 / beyond) ** 2 - 0.45**2)
+    assert costs_in(corners, triangle, inside, own, 1.0, 1.25)[0] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("height", [0.866, 0.9, 1.0, 1.5, 4.0])

@@ -27,7 +27,7 @@ typedef struct {
     const int64_t *triangles, *begin, *around;
     Metrics inside, own;
     const double *axes;
-    double *x, *now, weight, bend, trust;
+    double *x, *now, weight, slack, bend, trust;
 } Patches;
 
 static double length_by(const double *root, double dx, double dy)
@@ -36,16 +36,17 @@ static double length_by(const double *root, double dx, double dy)
     return sqrt(u * u + v * v);
 }
 
-/* Square of the length of the side between two nodes, by the metrics of both. */
-static double squared_side(const Patches *p, int64_t i, int64_t j)
+/* Cost (l - 1 / l)^2 of the length l of the side between two nodes, by the metrics of both, beyond the slack. */
+static double side_cost(const Patches *p, int64_t i, int64_t j)
 {
     double dx = p->x[2 * j] - p->x[2 * i], dy = p->x[2 * j + 1] - p->x[2 * i + 1];
     double l = mean_length(length_by(p->now + 3 * i, dx, dy), length_by(p->now + 3 * j, dx, dy));
-    return l * l;
+    double squared = l * l, beyond = squared + 1 / squared - 2 - p->slack;
+    return beyond < 0 ? 0 : beyond;
 }
 
-/* Cost of a triangle: Huber's function of eta^4 in the metric at its centroid, and l^2 + 1 / l^2 - 2 of its sides, in
-   the metrics of their ends, with a weight. Where the metric at the centroid is not known so far from its place, the cost is infinite. */
+/* Cost of a triangle: Huber's function of eta^4 in the metric at its centroid, and those of its sides with a weight.
+   Where the metric at the centroid is not known so far from its place, the cost is infinite. */
 static double cost(const Patches *p, int64_t triangle)
 {
     const int64_t *row = p->triangles + 3 * triangle;
@@ -54,14 +55,14 @@ static double cost(const Patches *p, int64_t triangle)
     double ux = r[0] * (b[0] - a[0]) + r[1] * (b[1] - a[1]), uy = r[2] * (b[1] - a[1]);
     double wx = r[0] * (o[0] - a[0]) + r[1] * (o[1] - a[1]), wy = r[2] * (o[1] - a[1]);
     double zx = wx - ux, zy = wy - uy, area = (ux * wy - uy * wx) / 2;
-    double eta, power, ab, bo, oa;
+    double eta, power, sides;
     if (!(r[0] > 0 && r[2] > 0 && area > 0 && far <= p->trust * p->trust))
         return INFINITY;
     eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (6.9282032302755088 * area);
-    ab = squared_side(p, row[0], row[1]), bo = squared_side(p, row[1], row[2]), oa = squared_side(p, row[2], row[0]);
     power = eta * eta * (eta * eta);
     power = power > p->bend ? p->bend * (power - p->bend / 2) : power * power / 2;
-    return power + p->weight * ((ab + 1 / ab) + (bo + 1 / bo) + (oa + 1 / oa) - 6);
+    sides = side_cost(p, row[0], row[1]) + side_cost(p, row[1], row[2]) + side_cost(p, row[2], row[0]);
+    return power + p->weight * sides;
 }
 
 static void put(const Patches *p, int64_t k, double px, double py)
@@ -110,15 +111,15 @@ static void improve(const Patches *p, int64_t k, double delta, double most, int6
 KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *inside,
                              const double *inside_roots, const double *inside_slopes, const double *own,
                              const double *own_roots, const double *own_slopes, const double *axes, int64_t count,
-                             const int64_t *order, int64_t sweeps, double weight, double bend, double trust,
-                             double delta, double most, int64_t tries)
+                             const int64_t *order, int64_t sweeps, double weight, double slack, double bend,
+                             double trust, double delta, double most, int64_t tries)
 {
     int64_t *begin = calloc((size_t)(n + 2), sizeof *begin), *around = malloc((size_t)(3 * t + 1) * sizeof *around);
     double *now = malloc((size_t)(3 * n + 1) * sizeof *now);
     int64_t k, status = begin && around && now ? DONE : NO_MEMORY;
     if (status == DONE) {
         Patches p = {triangles, begin, around, {inside, inside_roots, inside_slopes}, {own, own_roots, own_slopes},
-                     axes, x, now, weight, bend, trust};
+                     axes, x, now, weight, slack, bend, trust};
         for (k = 0; k < n; k++)
             put(&p, k, x[2 * k], x[2 * k + 1]);
         for (k = 0; k < 3 * t; k++)

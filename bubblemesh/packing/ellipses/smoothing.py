@@ -46,22 +46,23 @@ class NoEllipseSmoothing:
 class EllipseSmoothing(SmoothingPasses):
     """Newton's method, node by node, on the shapes of the triangles and the lengths of the edges in the metric."""
 
-    def __call__(self, ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing) -> EllipseNet:
+    def __call__(self, ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, free: float = 1.0) -> EllipseNet:
         """The net after flips that better the worse of two triangles, and a pass of smoothing.
 
         Where the metric changes much from node to node the circle test, in a mean metric, does not find these. Bubbles
         on the boundary go along its tangents where they were, and are put back on it in the end. Where that leaves too
-        little of a triangle, or makes boundary edges cross, the boundary stays as it is.
+        little of a triangle, or makes boundary edges cross, the boundary stays as it is. Lengths of edges from 1 / free
+        to ``free`` are as good as any.
         """
         requested = spacing.unstraightened
         net = with_better_shapes(ellipses.net, requested)
         bubbles, triangles = net.bubbles, net.triangles
         inside, own = metrics_around(bubbles.x, triangles, requested)
-        axes, free = own.axes, ellipses.interior
+        axes, moving = own.axes, ellipses.interior
         axes[bubbles.sliding] = _along(Sliding(domain.boundary, bubbles).tangents, own.roots[bubbles.sliding])
         for held in (domain.tied[bubbles.piece], np.ones(len(bubbles.piece), bool)):
-            free[bubbles.sliding] = ~held
-            there = smoothed_places(bubbles.x, triangles, net.edges, free, inside, own, axes, self)
+            moving[bubbles.sliding] = ~held
+            there = smoothed_places(bubbles.x, triangles, net.edges, moving, inside, own, axes, self, free)
             sliding, x = Sliding(domain.boundary, bubbles), there.copy()
             sliding.follow(x)
             tensors = spacing.at(x)
@@ -95,22 +96,23 @@ def smoothed_places(
     x: Floats,
     triangles: Integers,
     edges: Integers,
-    free: Booleans,
+    moving: Booleans,
     inside: Metrics,
     own: Metrics,
     axes: Floats,
     smoothing: AnyEllipseSmoothing,
+    free: float = 1.0,
 ) -> Floats:
-    """Nodes (n, 2) after a pass over those that are free (n,), which go along their axes (n, 4).
+    """Nodes (n, 2) after a pass over those that are moving (n,), which go along their axes (n, 4).
 
-    The metrics are those `metrics_around` the nodes.
+    The metrics are those `metrics_around` the nodes; lengths of edges from 1 / free to ``free`` are as good as any.
     """
-    newton = Newton(triangles, inside, own, axes, _groups(free, edges), side_weight(smoothing))
+    newton = Newton(triangles, inside, own, axes, _groups(moving, edges), side_weight(smoothing), free)
     return newton.moved(x, smoothing.shape_steps)
 
 
 def side_weight(smoothing: AnyEllipseSmoothing) -> float:
-    """Weight of l^2 + 1 / l^2 - 2, which is about 4 (l - 1)^2, of each side of each triangle."""
+    """Weight of (l - 1 / l)^2, which is about 4 (l - 1)^2, of each side of each triangle."""
     return smoothing.spacing_weight / 8
 
 

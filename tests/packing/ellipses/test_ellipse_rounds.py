@@ -283,6 +283,16 @@ def test_metrics_of_triangles_are_linear_around_them():
     np.testing.assert_allclose(found.roots + 0.05 * found.slopes[:, 3:], roots(spacing.at(there)), rtol=0.01)
 
 
+def test_the_last_passes_let_lengths_be_for_better_shapes(monkeypatch):
+    def mean_quality():
+        *_, last = packed(SQUARE, COARSE)
+        return COARSE.measures(last.net.bubbles.x, last.net.triangles).radius_ratios.mean()
+
+    free = mean_quality()
+    monkeypatch.setattr("bubblemesh.packing.ellipses.packing.FREE", 1.0)
+    assert free > mean_quality()
+
+
 def test_smoothing_and_mending_lessen_what_triangles_cost():
     spacing, net = front(), settled_net()
     ellipses = connected(net.bubbles, SQUARE, spacing)
