@@ -7,6 +7,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import turning
 from bubblemesh.messages import place
 
 GLANCE = 1e-3  # of a chord's length: distance from a corner at which curves with a common tangent are compared
@@ -90,6 +91,28 @@ def turns(boundary: Boundary, walls: Booleans) -> Floats:
     found = np.zeros(len(boundary.corners))
     np.maximum.at(found, ends.corner[inside], (between - np.pi / 2 * walled)[inside])
     return found
+
+
+def bend_centres(boundary: Boundary, walls: Booleans, most: float) -> Floats:
+    """Centres (k, 2) of the circles around which some pieces (p,) of rings bend, where these bend towards the domain.
+
+    They are those through three points in a row of the polygonal copy, which turns there by at most so many radians: of
+    an arc its centre, and the same of a polygon with its corners on the arc.
+    """
+    chords = boundary.chords()
+    ring = boundary.ring[chords.piece]
+    of_rings = np.flatnonzero(ring >= 0)
+    before = of_rings - 1
+    first, last = (np.flatnonzero(np.diff(ring[of_rings], **beyond)) for beyond in ({"prepend": -1}, {"append": -1}))
+    before[first] = of_rings[last]
+    back, ahead = chords.start[before] - chords.start[of_rings], chords.end[of_rings] - chords.start[of_rings]
+    turn = turning(-back, ahead)
+    wall = walls[chords.piece]
+    bends = wall[of_rings] & wall[before] & (turn < -STRAIGHT) & (turn >= -most)
+    (bx, by), (cx, cy) = back[bends].T, ahead[bends].T
+    half, bb, cc = 0.5 / (bx * cy - by * cx), bx * bx + by * by, cx * cx + cy * cy
+    centre = np.column_stack([(cy * bb - by * cc) * half, (bx * cc - cx * bb) * half])
+    return np.asarray(chords.start[of_rings][bends] + centre)
 
 
 TANGENT = 1e-5  # radians between two directions that are the same

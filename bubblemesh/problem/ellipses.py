@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.geometry.corners import turns
+from bubblemesh.geometry.corners import bend_centres, turns
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.tensors import Axes, axes
@@ -73,7 +73,7 @@ class AlongWalls:
     """Ellipses that lie along the nearest of some walls, whose size across grows away from there; circles at points.
 
     Around the ends and corners of walls they turn: there they are circles, and away from there as long as the distance
-    allows.
+    allows. Around round ones they turn as around their centres.
     """
 
     domain: Domain
@@ -100,19 +100,22 @@ class AlongWalls:
         direction[of_point] = 1.0, 0.0
         along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
         across = np.where(along > 0, np.minimum(self.across + self.growth * distance, along), np.nan)
-        if self._corners is not None:
-            along = np.minimum(along, across + LONGER * self._corners.query(points)[0])
+        if self._centres is not None:
+            along = np.minimum(along, across + LONGER * self._centres.query(points)[0])
         return Axes(across, np.where(of_point, across, along), direction)
 
     @cached_property
-    def _corners(self) -> "KDTree | None":
-        """Tree of the corners around which ellipses turn: ends and bends of walls; None without any."""
+    def _centres(self) -> "KDTree | None":
+        """Tree of the places around which ellipses turn: ends and corners, and outside the centres of arcs; or None."""
         from scipy.spatial import KDTree  # takes longer to load than to mesh a small case without it
 
         boundary = self.domain.boundary
         walls = np.isin(np.array(boundary.labels)[boundary.label], self.labels)
-        sharp = turns(boundary, walls) > TURNED
-        return KDTree(boundary.corners[sharp]) if sharp.any() else None
+        corners, centres = boundary.corners[turns(boundary, walls) > TURNED], bend_centres(boundary, walls, TURNED)
+        close = CLOSE * self.domain.size
+        centres = np.unique(np.rint(centres[~self.domain.contains(centres)] / close), axis=0) * close
+        places = np.concatenate([corners, centres])
+        return KDTree(places) if len(places) else None
 
 
 @record

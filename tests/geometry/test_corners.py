@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from bubblemesh.case import load_case
-from bubblemesh.geometry.corners import turns
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.corners import bend_centres, turns
 from bubblemesh.problem.domain import case_domain
 
 CASE = {
@@ -32,3 +34,26 @@ def test_directions_to_walls_turn_around_their_ends_and_bends_in_the_domain(labe
     found = turns(boundary, np.isin(np.array(boundary.labels)[boundary.label], labels))
     turning = {tuple(boundary.corners[k].tolist()): np.degrees(found[k]) for k in np.flatnonzero(found > 1e-6)}
     assert turning == pytest.approx(expected)
+
+
+def regular(sides):
+    angle = -2 * np.pi * np.arange(sides) / sides
+    return rings.polygon((0.2 * np.column_stack([np.cos(angle), np.sin(angle)]) + [1, 2]).tolist())
+
+
+@pytest.mark.parametrize(
+    ("hole", "around"),
+    [
+        (rings.circle((1, 2), 0.2).reversed(), True),
+        (regular(24), True),
+        (regular(6), False),
+        (rings.circle((1, 2), 0.2), False),
+    ],
+    ids=["circle", "polygon", "sharp", "outer"],
+)
+def test_round_rings_with_the_domain_outside_bend_around_their_centres(hole, around):
+    boundary = Boundary.of([hole])
+    found = bend_centres(boundary, np.ones(len(boundary.ring), bool), 0.5)
+    assert (len(found) > 0) == around
+    np.testing.assert_allclose(found, np.broadcast_to([1.0, 2.0], found.shape), atol=1e-9)
+    assert len(bend_centres(boundary, np.zeros(len(boundary.ring), bool), 0.5)) == 0

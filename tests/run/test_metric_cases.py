@@ -269,6 +269,17 @@ def test_ellipses_along_walls_are_circles_at_ends_and_bends_and_longer_away_from
     assert report.nodes < 400
 
 
+def test_ellipses_along_a_small_round_hole_are_as_long_as_they_can_go_around_it():
+    domain = {
+        "outer": {"rectangle": [0, 0, 1, 1]},
+        "holes": [{"circle": {"center": [0.5, 0.4], "radius": 0.02}, "label": "h"}],
+    }
+    problem = prepare(metric_case({"like": "boundary", "label": "h", "across": 0.002}, domain=domain, spacing=0.1))
+    at = problem.spacing.axes(np.array([[0.52, 0.4], [0.5, 0.45], [0.9, 0.4]]))
+    np.testing.assert_allclose(at.along, [0.002 + 0.7 * 0.02, 0.008 + 0.7 * 0.05, 0.1], rtol=1e-3)
+    assert mesh_problem(problem).report.quality["p01"] > 0.4
+
+
 def test_ellipses_are_circles_around_points_that_share_a_label_with_walls():
     case = {
         "domain": {
