@@ -22,12 +22,13 @@ static double root_at(const Metrics *m, int64_t k, double x, double y, double *r
 }
 
 /* Triangles around the nodes that are smoothed, the metrics in which they count, two steps (n, 4) of length 1 in which
-   each node goes, and the roots (n, 3) of the nodes where they are now. */
+   each node goes, the roots (n, 3) of the nodes where they are now, and the costs (t,) of the sides across from the node
+   that moves, which stay the same. */
 typedef struct {
     const int64_t *triangles, *begin, *around;
     Metrics inside, own;
     const double *axes;
-    double *x, *now, weight, slack, bend, trust;
+    double *x, *now, *across, weight, slack, bend, trust;
 } Patches;
 
 static double length_by(const double *root, double dx, double dy)
@@ -45,9 +46,15 @@ static double side_cost(const Patches *p, int64_t i, int64_t j)
     return beyond < 0 ? 0 : beyond;
 }
 
-/* Cost of a triangle: Huber's function of eta^4 in the metric at its centroid, and those of its sides with a weight.
-   Where the metric at the centroid is not known so far from its place, the cost is infinite. */
-static double cost(const Patches *p, int64_t triangle)
+/* Cost of the side between two nodes of a triangle while the node k moves. */
+static double side_while(const Patches *p, int64_t triangle, int64_t k, int64_t i, int64_t j)
+{
+    return i == k || j == k ? side_cost(p, i, j) : p->across[triangle];
+}
+
+/* Cost of a triangle while its node k moves: Huber's function of eta^4 in the metric at its centroid, and those of its
+   sides with a weight. Where the metric at the centroid is not known so far from its place, the cost is infinite. */
+static double cost(const Patches *p, int64_t triangle, int64_t k)
 {
     const int64_t *row = p->triangles + 3 * triangle;
     const double *a = p->x + 2 * row[0], *b = p->x + 2 * row[1], *o = p->x + 2 * row[2];
@@ -61,7 +68,8 @@ static double cost(const Patches *p, int64_t triangle)
     eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (6.9282032302755088 * area);
     power = eta * eta * (eta * eta);
     power = power > p->bend ? p->bend * (power - p->bend / 2) : power * power / 2;
-    sides = side_cost(p, row[0], row[1]) + side_cost(p, row[1], row[2]) + side_cost(p, row[2], row[0]);
+    sides = side_while(p, triangle, k, row[0], row[1]) + side_while(p, triangle, k, row[1], row[2]) +
+            side_while(p, triangle, k, row[2], row[0]);
     return power + p->weight * sides;
 }
 
@@ -79,8 +87,18 @@ static double cost_at(const Patches *p, int64_t k, double px, double py)
     int64_t j;
     put(p, k, px, py);
     for (j = p->begin[k]; j < p->begin[k + 1]; j++)
-        sum += cost(p, p->around[j]);
+        sum += cost(p, p->around[j], k);
     return sum;
+}
+
+static void take_sides_across(const Patches *p, int64_t k)
+{
+    int64_t j;
+    for (j = p->begin[k]; j < p->begin[k + 1]; j++) {
+        const int64_t *row = p->triangles + 3 * p->around[j];
+        int first = row[0] == k ? 1 : row[1] == k ? 2 : 0;
+        p->across[p->around[j]] = side_cost(p, row[first], row[(first + 1) % 3]);
+    }
 }
 
 /* Moves a node down: a step of Newton's method along both of its axes, shorter until the cost is less. */
@@ -88,13 +106,17 @@ static void improve(const Patches *p, int64_t k, double delta, double most, int6
 {
     const double *axis = p->axes + 4 * k;
     double ux = axis[0], uy = axis[1], vx = axis[2], vy = axis[3], px = p->x[2 * k], py = p->x[2 * k + 1];
-    double here = cost_at(p, k, px, py), far, share;
-    double ahead = cost_at(p, k, px + delta * ux, py + delta * uy);
-    double behind = cost_at(p, k, px - delta * ux, py - delta * uy);
-    double over = cost_at(p, k, px + delta * vx, py + delta * vy);
-    double under = cost_at(p, k, px - delta * vx, py - delta * vy);
-    double h1 = (ahead + behind - 2 * here) / (delta * delta), h2 = (over + under - 2 * here) / (delta * delta);
-    double a = -(ahead - behind) / (2 * delta) / (h1 > 1 ? h1 : 1), b = -(over - under) / (2 * delta) / (h2 > 1 ? h2 : 1);
+    double here, ahead, behind, over, under, h1, h2, a, b, far, share;
+    take_sides_across(p, k);
+    here = cost_at(p, k, px, py);
+    ahead = cost_at(p, k, px + delta * ux, py + delta * uy);
+    behind = cost_at(p, k, px - delta * ux, py - delta * uy);
+    over = cost_at(p, k, px + delta * vx, py + delta * vy);
+    under = cost_at(p, k, px - delta * vx, py - delta * vy);
+    h1 = (ahead + behind - 2 * here) / (delta * delta);
+    h2 = (over + under - 2 * here) / (delta * delta);
+    a = -(ahead - behind) / (2 * delta) / (h1 > 1 ? h1 : 1);
+    b = -(over - under) / (2 * delta) / (h2 > 1 ? h2 : 1);
     if (!(isfinite(a) && isfinite(b)))
         tries = 0;
     far = sqrt(a * a + b * b);
@@ -115,11 +137,11 @@ KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, dou
                              double trust, double delta, double most, int64_t tries)
 {
     int64_t *begin = calloc((size_t)(n + 2), sizeof *begin), *around = malloc((size_t)(3 * t + 1) * sizeof *around);
-    double *now = malloc((size_t)(3 * n + 1) * sizeof *now);
-    int64_t k, status = begin && around && now ? DONE : NO_MEMORY;
+    double *now = malloc((size_t)(3 * n + 1) * sizeof *now), *across = malloc((size_t)(t + 1) * sizeof *across);
+    int64_t k, status = begin && around && now && across ? DONE : NO_MEMORY;
     if (status == DONE) {
         Patches p = {triangles, begin, around, {inside, inside_roots, inside_slopes}, {own, own_roots, own_slopes},
-                     axes, x, now, weight, slack, bend, trust};
+                     axes, x, now, across, weight, slack, bend, trust};
         for (k = 0; k < n; k++)
             put(&p, k, x[2 * k], x[2 * k + 1]);
         for (k = 0; k < 3 * t; k++)
@@ -135,5 +157,6 @@ KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, dou
     free(begin);
     free(around);
     free(now);
+    free(across);
     return status;
 }

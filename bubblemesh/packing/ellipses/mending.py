@@ -17,7 +17,7 @@ from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 LEAST_GAIN = 0.1  # of what triangles cost, for which a bubble leaves
-IN_VAIN = 0.2  # of the attempts: after so many in a row without a gain there is no hope for more
+IN_VAIN = 0.15  # of the attempts: after so many in a row without a gain there is no hope for more
 
 
 class Removals(NamedTuple):

@@ -25,6 +25,7 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_PASSES = 10  # of flips
 GAIN = 1e-6  # relative, of a shape measure, for which an edge is flipped
+GOOD = 1.1  # shape measure: an edge between two triangles that are as good is not flipped; of half squares it is 1.15
 PERFECT = 0.5  # cost of a perfect triangle
 STEP = 0.1  # length of the differences by which it is known how the metric changes
 
@@ -181,8 +182,9 @@ def better_shapes(
         # 1. What both triangles of each edge would be after its flip, if that is not known to be no better.
         table = SideTable.of(triangles, n)
         other = table.opposite()
-        fresh_sides = np.tile(fresh, 3)
-        side = np.flatnonzero((other > np.arange(3 * t)) & (fresh_sides | fresh_sides[other]))
+        fresh_sides, poor = np.tile(fresh, 3), np.tile(measures > GOOD, 3)
+        looked_at = (fresh_sides | fresh_sides[other]) & (poor | poor[other])
+        side = np.flatnonzero((other > np.arange(3 * t)) & looked_at)
         side = side[~np.isin(edge_keys(table.sides[side], n), held)]
         (one, k), (two, k2) = table.owner(side), table.owner(other[side])
         (a, b), c, e = table.sides[side].T, triangles[one, (k + 2) % 3], triangles[two, (k2 + 2) % 3]
