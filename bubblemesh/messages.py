@@ -26,7 +26,7 @@ _given: ContextVar[Callable[[tuple[float, float]], tuple[float, float]] | None] 
     "given places", default=None
 )
 _node_limit: ContextVar[str] = ContextVar("name of the limit on nodes", default="limits.max_nodes")
-_coarsening: ContextVar[str] = ContextVar("what makes meshes coarser", default="coarsen the spacing")
+_coarsening: ContextVar[str] = ContextVar("what makes meshes coarser", default="")
 
 
 def node_limit() -> str:
@@ -39,9 +39,9 @@ def calling_node_limit(name: str) -> AbstractContextManager[None]:
     return _saying(_node_limit, name)
 
 
-def coarsening() -> str:
-    """What the user can do for a mesh of fewer nodes, as an advice."""
-    return _coarsening.get()
+def coarsening(what: str) -> str:
+    """What the user can do for a mesh of fewer nodes, as an advice: to coarsen what asks for them, or another one."""
+    return _coarsening.get() or f"coarsen {what}"
 
 
 def coarsened_by(advice: str) -> AbstractContextManager[None]:

@@ -230,10 +230,11 @@ def _adaptation(figures: Mapping[str, Any]) -> dict[str, str]:
         true = f", {figures['effectivity']:.3f} times the true one of {figures['true_error']:.4g}"
     kept = f"{figures['unchanged']:.0%} of the nodes are where sizes stay"
     start = "they are the start" if figures["start"] == "present nodes" else "the start is a new one"
+    by = " by the number of nodes alone, less what the directions gain" if figures.get("anisotropic") else ""
     return {
         "solution": f"{figures['field']} on {figures['nodes_before']} nodes, estimated error {figures['error']:.4g}, "
         f"{figures['relative_error']:.2%}{true}",
-        "adapted": f"to an expected error of {figures['expected_relative_error']:.2%}; {kept}: {start}",
+        "adapted": f"to an expected error of {figures['expected_relative_error']:.2%}{by}; {kept}: {start}",
     }
 
 

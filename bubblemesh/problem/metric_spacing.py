@@ -29,6 +29,7 @@ STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times t
 EXCEEDED = 1.001  # of the largest aspect: a larger one has a warning
 LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
 GRADINGS, SAME = 5, 1.2  # one after the other, at most, and times that sizes may differ in the end
+MANY_MORE = 2.0  # times as many nodes by a gradation have a warning
 
 
 class InMetric(NamedTuple):
@@ -68,11 +69,12 @@ def spacing_in_metrics(
     survey = surveyed(domain, requested, max_nodes, cover)
     aspect = _aspect(requested, np.vstack([points, survey.extremes.minimum_at]))
     requested = replace(requested, aspect=aspect)
-    graded_one = _graded(domain, requested, metrics, max_nodes)
+    graded_one, costly = _graded(domain, requested, metrics, max_nodes), tuple[str, ...]()
     if graded_one is not requested:
-        requested, survey = graded_one, surveyed(domain, graded_one, max_nodes, cover)
+        before, requested, survey = survey, graded_one, surveyed(domain, graded_one, max_nodes, cover)
+        costly = tuple(_costly_gradation(before.ideal_nodes, survey.ideal_nodes))
         metrics = [MetricRequest(requested.ellipses, np.inf, Key(["metric"]))]
-    return InMetric(tuple(metrics), requested, survey, (*too_long, *_differing_sides(domain, requested)))
+    return InMetric(tuple(metrics), requested, survey, (*too_long, *costly, *_differing_sides(domain, requested)))
 
 
 def metric_below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
@@ -127,8 +129,9 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
 
     # Tensors are interpolated between the nodes, and for that these need not be in order.
     method = replace(ELLIPSES, annealing=NoEllipseAnnealing(), smoothing=NoEllipseSmoothing())
-    result = spacing
+    result, cover = spacing, Cover.of(domain)
     for _ in range(GRADINGS):
+        ideal_nodes(domain, result, max_nodes, ESTIMATE, cover)  # so that too many are told before they are packed
         levels, start = method.started(domain, result, 0, max_nodes)
         (last,) = deque(rounds(start, domain, levels, method), maxlen=1)
         x, triangles = last.net.bubbles.x, last.net.triangles
@@ -137,6 +140,15 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
         if (before <= SAME * area_sizes(tensors)).all():
             break
     return result
+
+
+def _costly_gradation(before: float, after: float) -> Iterator[str]:
+    """Warning of a gradation that takes many times the nodes of the metric alone."""
+    if after > MANY_MORE * before:
+        yield (
+            f"metric: it changes so fast that gradation takes about {after:.0f} nodes in place of {before:.0f}: "
+            "a larger gradation takes fewer"
+        )
 
 
 def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
@@ -186,9 +198,10 @@ def _too_long(metrics: Sequence[MetricRequest], spacing: Spacing, points: Floats
     """Warnings of metrics whose ellipses are longer than their aspect allows at points (n, 2)."""
     for metric in metrics:
         aspects = metric.ellipses(*points.T).within(spacing.extended(points)).aspects
-        k = int(np.where(np.isfinite(aspects), aspects, 0.0).argmax())
+        k = int(np.where(np.isnan(aspects), 0.0, aspects).argmax())
         if aspects[k] > EXCEEDED * metric.aspect:
+            longest = min(aspects[k], np.finfo(float).max)  # of sizes that are all but zero the ratio is infinite
             yield (
-                f"{metric.key}: the ellipses are up to {aspects[k]:.4g} times as long as wide, at {place(points[k])}: "
+                f"{metric.key}: the ellipses are up to {longest:.4g} times as long as wide, at {place(points[k])}: "
                 f"they are made wider than that, {metric.aspect:g} times at most; aspect raises it"
             )

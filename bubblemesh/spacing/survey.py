@@ -90,7 +90,7 @@ def ideal_nodes(
     """
     ideal = _counted_nodes(domain, spacing, max_nodes, tolerance, cover or Cover.of(domain))
     if ideal > max_nodes:
-        raise _too_many(ideal, max_nodes)
+        raise _too_many(ideal, max_nodes, spacing)
     return ideal
 
 
@@ -107,7 +107,7 @@ def require_not_many_times(domain: Domain, spacing: Spacing, max_nodes: int) -> 
     many = MANY_TIMES * max_nodes
     needed = _counted_nodes(domain, Spacing(known), many, ESTIMATE, Cover.of(domain))
     if needed > many:
-        raise _too_many(needed, max_nodes)
+        raise _too_many(needed, max_nodes, spacing)
 
 
 def _counted_nodes(domain: Domain, spacing: Spacing, enough: int, tolerance: float, cover: Cover) -> float:
@@ -156,11 +156,12 @@ def _integral(parts: IntegralParts, tolerance: float, enough: int) -> float:
     return total + float(coarse.sum())
 
 
-def _too_many(needed: float, max_nodes: int) -> LimitError:
+def _too_many(needed: float, max_nodes: int, spacing: Spacing) -> LimitError:
+    what = "the metric" if spacing.in_metric else "the spacing"
     many = f"about {needed:.3g} nodes" if np.isfinite(needed) else "more nodes than can be counted"
     return LimitError(
-        f"{node_limit()}: the spacing needs {many}, more than the limit of {max_nodes}: "
-        f"{coarsening()} or raise the limit"
+        f"{node_limit()}: {what} needs {many}, more than the limit of {max_nodes}: "
+        f"{coarsening(what)} or raise the limit"
     )
 
 

@@ -14,7 +14,7 @@ from bubblemesh.batch.row import FIGURES
 from bubblemesh.case import load_case
 from bubblemesh.console import run as packing
 from bubblemesh.console.batch import BatchProgress
-from bubblemesh.console.report import show_estimate, show_quality
+from bubblemesh.console.report import _adaptation, show_estimate, show_quality
 from bubblemesh.console.run import PackingProgress
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.estimate import estimate
@@ -41,6 +41,15 @@ def test_a_round_is_shown_with_all_its_figures(live, monkeypatch):
     for text in ("mean speed", "709", "120", "0.9512", "0.610", "1.50e-04", "0.25 s"):
         assert text in shown
     assert ("\x1b[" in shown) == live
+
+
+@pytest.mark.parametrize("by_direction", [True, False])
+def test_what_directions_gain_is_not_in_the_error_that_is_expected(by_direction):
+    figures = {"unchanged": 0.0, "start": "method", "field": "u", "nodes_before": 9, "error": 1.0}
+    figures |= {"relative_error": 0.5, "expected_relative_error": 0.4}
+    told = _adaptation({**figures, "anisotropic": True} if by_direction else figures)["adapted"]
+    assert told.startswith("to an expected error of 40.00%")
+    assert ("by the number of nodes alone" in told) == by_direction
 
 
 @pytest.mark.parametrize("live", [True, False])

@@ -10,7 +10,7 @@ from metrics import FRONT, metric_case
 
 from bubblemesh.case import load_case
 from bubblemesh.case.models import Case
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import inverted
 from bubblemesh.problem.prepare import prepare
@@ -190,6 +190,17 @@ def test_longer_ellipses_than_the_aspect_allows_are_told_and_made_wider():
     assert any("6000 times as long as wide" in text and "aspect raises it" in text for text in problem.warnings)
 
 
+def test_a_size_that_is_all_but_zero_is_told_as_well():
+    warnings = prepare(metric_case({"angle": 0, "across": "1e-320", "aspect": 20})).warnings
+    assert any("1.798e+308 times as long as wide" in text for text in warnings)
+
+
+def test_too_many_nodes_in_a_metric_are_no_fault_of_the_spacing():
+    case = metric_case({"angle": 0, "across": 0.002}, limits={"max_nodes": 1000})
+    with pytest.raises(LimitError, match=r"^limits.max_nodes: the metric needs about .*: coarsen the metric or raise"):
+        prepare(case)
+
+
 @pytest.mark.long
 def test_too_few_nodes_in_a_metric_are_told():
     report = mesh_case(metric_case({"angle": 0.6, "across": "0.001 + 0.2*abs(x - 0.1)"}, spacing=0.3)).report
@@ -244,6 +255,14 @@ def test_a_metric_that_jumps_in_direction_is_told_and_graded_if_the_case_says_so
     found = growths(problem, result.mesh)
     assert found.max() < 0.5
     assert np.quantile(found, 0.99) < 0.36
+
+
+@pytest.mark.parametrize(("across", "told"), [("0.2 if x > 0.5 else 0.3", 0), ("0.02 if x > 0.98 else 0.3", 1)])
+def test_a_gradation_that_takes_many_nodes_is_told(across, told):
+    problem = prepare(metric_case({"angle": 0, "across": across, "gradation": 0.05}, spacing=0.3))
+    found = [re.search(r"gradation takes about (\d+) nodes in place of", text) for text in problem.warnings]
+    counts = [int(each[1]) for each in found if each]
+    assert counts == [round(problem.survey.ideal_nodes)] * told
 
 
 def test_what_is_packed_of_a_graded_metric_is_nowhere_coarser_than_it():
