@@ -159,6 +159,13 @@ def complement(count: int, numbers: Integers) -> Integers:
     return np.flatnonzero(free)
 
 
+def side_by_side(x: Floats, y: Floats) -> Floats:
+    """Points (n, 2) of their coordinates x (n,) and y (n,): of few points much faster than NumPy's ``column_stack``."""
+    points = np.empty((len(x), 2))
+    points[:, 0], points[:, 1] = x, y
+    return points
+
+
 def cross(a: Floats, b: Floats) -> Floats:
     """Cross products (...) of vectors (..., 2)."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
@@ -166,7 +173,7 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 def turned_left(vectors: Floats) -> Floats:
     """Vectors (n, 2) turned to the left by a right angle."""
-    return np.column_stack([-vectors[:, 1], vectors[:, 0]])
+    return side_by_side(-vectors[:, 1], vectors[:, 0])
 
 
 def ring_area(points: Floats) -> float:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members, taken
+from bubblemesh.arrays import Floats, Integers, members, side_by_side, taken
 from bubblemesh.geometry.cubic_splines import CubicSpline
 from bubblemesh.records import record
 
@@ -98,11 +98,11 @@ class Arcs:
 
     def points(self, index: Integers, s: Floats) -> Floats:
         a = self._angles(index, s)
-        return self.center[index] + self.radius[index, None] * np.column_stack([np.cos(a), np.sin(a)])
+        return self.center[index] + self.radius[index, None] * side_by_side(np.cos(a), np.sin(a))
 
     def tangents(self, index: Integers, s: Floats) -> Floats:
         a = self._angles(index, s)
-        return np.sign(self.sweep[index])[:, None] * np.column_stack([-np.sin(a), np.cos(a)])
+        return np.sign(self.sweep[index])[:, None] * side_by_side(-np.sin(a), np.cos(a))
 
 
 class Shares(NamedTuple):
@@ -272,7 +272,7 @@ class Ellipses(_TabulatedEach):
     def _rotated(self, index: Integers, along: Floats, across: Floats) -> Floats:
         c, s = np.cos(self.angle[index]), np.sin(self.angle[index])
         along, across = self.radii[index, 0] * along, self.radii[index, 1] * across
-        return np.column_stack([c * along - s * across, s * along + c * across])
+        return side_by_side(c * along - s * across, s * along + c * across)
 
     def _position(self, index: Integers, u: Floats) -> Floats:
         a = 2 * np.pi * self.turn[index] * u

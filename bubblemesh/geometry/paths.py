@@ -196,7 +196,15 @@ class Ring:
     def reversed(self) -> "Ring":
         """The ring run the other way."""
         sides = tuple(Side(side.curve.reversed(), side.label) for side in reversed(self.sides))
-        return replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
+        turned = replace(self, sides=sides, vertices=self.vertices[:1] + self.vertices[:0:-1])
+        if "outline" in vars(self):
+            turned._keep_outline(np.roll(self.outline[::-1], 1, axis=0))  # from the same point on
+        return turned
+
+    def _keep_outline(self, points: Floats) -> None:
+        """Keep a known outline (m, 2) where the cached property would."""
+        points.setflags(write=False)
+        vars(self)["outline"] = points
 
     def labelled(self, label: str | None) -> "Ring":
         """The ring with all its sides called ``label``, if that is given."""
@@ -221,7 +229,7 @@ def outlines(rings: Iterable[Ring]) -> list[Floats]:
     rings = list(rings)
     new = [ring for ring in rings if "outline" not in vars(ring)]
     for ring, points in zip(new, _outlined(new), strict=True):
-        vars(ring)["outline"] = points  # where the cached property keeps it
+        ring._keep_outline(points)
     return [ring.outline for ring in rings]
 
 

@@ -23,7 +23,7 @@ class CurveNodes(NamedTuple):
             return (cls(families[0], slice(None), curve),)
         groups = []
         for k, curves in enumerate(families):
-            mine = np.flatnonzero(kind == k)
+            mine = (kind == k).nonzero()[0]
             if len(mine):
                 groups.append(cls(curves, slice(None) if len(mine) == len(kind) else mine, curve[mine]))
         return tuple(groups)

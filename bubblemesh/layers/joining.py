@@ -13,20 +13,19 @@ from bubblemesh.layers.strips import Strips
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, unconnected
-from bubblemesh.spacing.spacing import Spacing
 
 
 class JoinedLayers(NamedTuple):
     """A net of the whole domain, with the cells of layers."""
 
-    net: Net  # without a list of edges
+    net: Net  # without a list of edges, nor spacings of its bubbles
     number: Integers  # (n,): of each node of the strips, -1 for those that are not there
     cells: Integers  # (t, 3): triangles of the layers
     pairs: Integers  # (t,): of columns that each of them is between
     halves: Integers  # (q, 2): rows of two of these that are one quadrilateral
 
 
-def join_layers(rest: Rest, net: Net, spacing: Spacing) -> JoinedLayers:
+def join_layers(rest: Rest, net: Net) -> JoinedLayers:
     """A net of the rest and the cells of the layers, as one of the whole domain."""
     strips = rest.strips
     whole = strips.walls.domain
@@ -53,7 +52,8 @@ def join_layers(rest: Rest, net: Net, spacing: Spacing) -> JoinedLayers:
     order = np.concatenate([np.flatnonzero(which) for which in (corner, slides, used & ~corner & ~slides)])
     number = np.full(len(x), -1)
     number[order] = np.arange(len(order))
-    bubbles = Bubbles(x[order], spacing.extended(x[order]), piece[slides], s[slides], fixed, np.zeros(len(order), bool))
+    no_spacing = np.full(len(order), np.nan)  # of nodes that stay where they are
+    bubbles = Bubbles(x[order], no_spacing, piece[slides], s[slides], fixed, np.zeros(len(order), bool))
     triangles = number[np.concatenate([cells, known[net.triangles]])]
     joint = replace(unconnected(bubbles, whole), triangles=triangles)
     return JoinedLayers(joint, number[:count], number[cells], pairs, halves)

@@ -50,6 +50,9 @@ class _ColumnBuilder:
         self.along = walls.directions
         self.layered, self.pieces_with_layers = walls.layered, walls.pieces_with_layers
         self.normals = turned_left(self.along)
+        self.middles = list(_middles(walls, self.along))
+        self.lower = _lower(walls, ladders).tolist()
+        self.feet = walls.ends[:, 1].tolist()
         self.rows = list[_Row]()
         # Column at the beginning and at the end of each side, and those of each fan, with the side before it.
         self.first, self.last = (np.full(len(walls.piece), -1) for _ in range(2))
@@ -66,14 +69,10 @@ class _ColumnBuilder:
 
         Of two kinds of layers they have those with the lower first height, which would be too high beside the others.
         """
-        angle, foot = float(self.walls.angle[side]), int(self.walls.ends[side, 1])
-        ladder = min(map(int, self.walls.ladder[[side, after]]), key=lambda number: self.ladders[number].first)
-        lower, is_corner = self.ladders[ladder], bool(self.walls.node_piece[foot] < 0)
-        ways = fan(lower, self.normals[side], angle, float(self.walls.d[foot]), is_corner=is_corner)
-        if ways is None:
-            middle = rotated(self.along[after : after + 1], np.array([angle / 2]))[0]
-            ways = middle[None] * min(1 / np.sin(angle / 2), HIGHEST_STRETCH)
-        around = [self.add(foot, up, ladder) for up in ways]
+        angle, foot, ladder = float(self.walls.angle[side]), self.feet[side], self.lower[side]
+        is_corner, d = bool(self.walls.node_piece[foot] < 0), float(self.walls.d[foot])
+        ways = fan(self.ladders[ladder], self.normals[side], angle, d, is_corner=is_corner)
+        around = [self.add(foot, up, ladder) for up in ([self.middles[side]] if ways is None else ways)]
         self.last[side], self.first[after] = around[0], around[-1]
         if len(around) > 1:
             self.fans.append((side, around))
@@ -171,6 +170,23 @@ class _ColumnBuilder:
         ways = [float(np.hypot(*row.up)) for row in rows]
         for number, row, way in zip((one, other), rows, ways, strict=True):
             self.rows[number] = row._replace(up=row.up * (min(ways) / way), ladder=rows[0].ladder)
+
+
+def _middles(walls: Walls, along: Floats) -> Floats:
+    """Ways (m, 2) up in the middle between each side and the following one, for each unit of height above both.
+
+    Sides go ``along`` unit vectors (m, 2).
+    """
+    half = walls.angle / 2
+    middle = rotated(along[walls.following], half)
+    return middle * np.minimum(1 / np.sin(half), HIGHEST_STRETCH)[:, None]
+
+
+def _lower(walls: Walls, ladders: Sequence[Ladder]) -> Integers:
+    """Layers (m,) of the lower first height on each side and the following one."""
+    first, here = np.array([ladder.first for ladder in ladders]), walls.ladder
+    there = here[walls.following]
+    return np.where(first[there] < first[here], there, here)
 
 
 def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:

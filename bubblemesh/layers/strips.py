@@ -173,8 +173,9 @@ class Strips:
         The map of one with an angle near 180 degrees is nearly singular at that corner, unlike those of its halves.
         """
         corners, pair = self.quads
-        asked = np.array([ladder.quads for ladder in self.columns.ladders])[self.walls.ladder[self.columns.side[pair]]]
-        return asked & (corner_angles(self.x[corners]).max(axis=1) <= FLAT_CORNER)
+        stay = np.array([ladder.quads for ladder in self.columns.ladders])[self.walls.ladder[self.columns.side[pair]]]
+        stay[stay] = corner_angles(self.x[corners[stay]]).max(axis=1, initial=0.0) <= FLAT_CORNER
+        return stay
 
     @property
     def curved(self) -> tuple[Integers, Floats]:

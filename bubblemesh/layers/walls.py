@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, turned_left
+from bubblemesh.arrays import Booleans, Floats, Integers, side_by_side, turned_left
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.packing.bubbles import Bubbles
@@ -94,7 +94,7 @@ class Walls:
 def rotated(directions: Floats, angle: Floats) -> Floats:
     """Vectors (m, 2) turned counter-clockwise by angles (m,)."""
     (x, y), c, s = directions.T, np.cos(angle), np.sin(angle)
-    return np.column_stack([c * x - s * y, s * x + c * y])
+    return side_by_side(c * x - s * y, s * x + c * y)
 
 
 def _square_to(facets: Integers, x: Floats, spacing: Spacing) -> Floats:

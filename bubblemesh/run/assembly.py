@@ -43,30 +43,33 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
     return replace(frame, triangles=triangles, regions=names, triangle_regions=region)
 
 
-def layered_mesh(joined: "JoinedLayers", domain: Domain, strips: "Strips") -> Mesh:
-    """The mesh of a packing and of layers that are joined to it."""
+def layered_mesh(joined: "JoinedLayers", domain: Domain, strips: "Strips") -> tuple[Mesh, Floats]:
+    """The mesh of a packing and of layers that are joined to it, and the layer (t,) that each triangle is in.
+
+    Layers are numbered from the wall on; triangles in none have 0.
+    """
     mesh, n = mesh_of(joined.net, domain), len(joined.net.bubbles)
     # A side of each triangle tells where it is among the sorted ones.
     row = find_sides(mesh.triangles, n, joined.cells[:, :2])[0]
+    layer = np.zeros(len(mesh.triangles))
+    layer[row] = _layers(joined, strips)
     edges, middles = strips.curved
     edges = joined.number[edges]
     # Cells that are divided have lost edges, and of quadrilaterals the edges tell where their middle is.
-    there = [find_sides(mesh.triangles, n, ends)[0] >= 0 for ends in (edges, edges[:, ::-1])]
+    there = (find_sides(mesh.triangles, n, np.concatenate([edges, edges[:, ::-1]]))[0] >= 0).reshape(2, -1).any(axis=0)
     diagonals = joined.cells[joined.halves[:, 0]][:, [0, 2]]
     keys, others = (edge_keys(np.sort(pairs, axis=1), n) for pairs in (edges, diagonals))
-    curved = (there[0] | there[1]) & ~np.isin(keys, others)
-    return replace(mesh, quads=row[joined.halves], curved_edges=edges[curved], curved_middles=middles[curved])
+    curved = there & ~np.isin(keys, others)
+    whole = replace(mesh, quads=row[joined.halves], curved_edges=edges[curved], curved_middles=middles[curved])
+    return whole, layer
 
 
-def layer_of_triangles(mesh: Mesh, joined: "JoinedLayers", strips: "Strips") -> Floats:
-    """Number (t,) of the layer that each triangle of a mesh is in, from the wall on, 0 for those in none."""
+def _layers(joined: "JoinedLayers", strips: "Strips") -> Integers:
+    """Number (k,) of the layer that each triangle of the layers is in, from the wall on."""
     here = joined.number >= 0
-    level = np.full(len(mesh.points), np.iinfo(np.int64).max - 1)  # of nodes that were put on fronts, too
+    level = np.full(len(joined.net.bubbles), np.iinfo(np.int64).max - 1)  # of nodes that were put on fronts, too
     level[joined.number[here]] = strips.levels[here]
-    layer = np.zeros(len(mesh.triangles))
-    row = find_sides(mesh.triangles, len(mesh.points), joined.cells[:, :2])[0]
-    layer[row] = level[joined.cells].min(axis=1) + 1
-    return layer
+    return level[joined.cells].min(axis=1) + 1
 
 
 def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) -> SlicedMesh:

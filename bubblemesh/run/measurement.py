@@ -23,7 +23,7 @@ from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.packing.net import Net
 from bubblemesh.problem.problem import Problem
 from bubblemesh.records import record
-from bubblemesh.run.assembly import layer_of_triangles, layered_mesh, mesh_of, sliced_mesh
+from bubblemesh.run.assembly import layered_mesh, mesh_of, sliced_mesh
 from bubblemesh.run.metric import MetricRow, metric_row
 from bubblemesh.run.report import triangle_fields
 
@@ -59,8 +59,8 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
     from bubblemesh.layers.figures import beyond_fronts, layer_figures
     from bubblemesh.layers.joining import join_layers
 
-    whole = join_layers(rest, net, problem.packing_spacing)
-    mesh = layered_mesh(whole, problem.domain, rest.strips)
+    whole = join_layers(rest, net)
+    mesh, layer = layered_mesh(whole, problem.domain, rest.strips)
     measures = problem.spacing.measures(mesh.points, mesh.triangles)
     require_conforming(mesh, measures)
     departure = deviation(problem.domain, mesh.points, whole.net.facets, whole.net.facet_piece)
@@ -68,7 +68,7 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
     of_packed = mesh_figures(packed, problem.spacing.between)
     found = mesh_figures(measures, None) | {name: of_packed[name] for name in ("quality", "spacing")}
     layers = layer_figures(rest.strips, beyond_fronts(rest, net), whole)
-    fields = _fields(measures, problem) | {LAYER: layer_of_triangles(mesh, whole, rest.strips)}
+    fields = _fields(measures, problem) | {LAYER: layer}
     metric = metric_row(packed, problem)
     return Measured(mesh, fields, found, area_error(mesh, measures), departure, layers, metric)
 

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from bubblemesh.errors import GeometryError
+from bubblemesh.geometry import paths
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Line, family, outlines
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
@@ -237,6 +238,17 @@ def test_outline_is_computed_once_and_cannot_be_changed():
     assert outlines([ring])[0] is ring.outline
     with pytest.raises(ValueError, match="read-only"):
         ring.outline[0] = 7
+
+
+@pytest.mark.parametrize("ring", [MIXED, circle((2, 2), 0.5), polygon(SQUARE)])
+def test_a_reversed_ring_keeps_its_outline(ring, monkeypatch):
+    anew = ring.reversed().outline
+    points = ring.outline
+    monkeypatch.setattr(paths, "_outlined", None)
+    turned = ring.reversed()
+    assert_allclose(turned.outline, anew, rtol=0, atol=1e-13)
+    assert_allclose(turned.reversed().outline, points, rtol=0, atol=0)
+    assert not turned.outline.flags.writeable
 
 
 def test_straight_ring_is_the_polygon_through_its_vertices():

@@ -68,14 +68,16 @@ class Projection:
 
     def _distances(self, points: Floats, chord: Integers) -> Floats:
         """Distances (k,) of points (k, 2) from the curves along the nearest chords (k,)."""
-        distance, curved = np.empty(len(points)), self._approximated[chord]
+        curved = self._approximated[chord]
+        if len(points) and curved.all():
+            return self._from_curves(points, self._bulge[chord])
+        distance = np.empty(len(points))
         if curved.any():
             mine = taken(points, curved)
             distance[curved] = self._from_curves(mine, self._bulge[chord[curved]])
-        if not curved.all():
-            mine = taken(points, ~curved)
-            _, foot = self._runs.feet(mine, chord[~curved])
-            distance[~curved] = np.hypot(*(mine - foot).T)
+        mine = taken(points, ~curved)
+        _, foot = self._runs.feet(mine, chord[~curved])
+        distance[~curved] = np.hypot(*(mine - foot).T)
         return distance
 
     def _from_curves(self, points: Floats, of: Integers) -> Floats:

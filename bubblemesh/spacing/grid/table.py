@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers, side_by_side
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import interpolated
 from bubblemesh.records import record
@@ -31,10 +31,11 @@ class Table:
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
-        points = np.column_stack([x, y])
+        points = side_by_side(x, y)
         values = interpolated(self.grid.cells, self.corners, self.values, points)
         rest = np.flatnonzero(np.isinf(values) | ~self.grid.covers(points))
-        values[rest] = self.function(x[rest], y[rest])
+        if len(rest):
+            values[rest] = self.function(x[rest], y[rest])
         return values
 
 

@@ -5,7 +5,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, each_once, least_of_rows, taken
+from bubblemesh.arrays import Floats, Integers, each_once, least_of_rows, side_by_side, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.lookup import SquareCells, interpolated, ranks
 from bubblemesh.records import record
@@ -247,8 +247,7 @@ class _Lower:
     limit: Limit
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
-        d = np.broadcast_to(np.asarray(self.function(x, y), float), np.shape(x))
-        return np.minimum(d, self.limit(np.column_stack([x, y])))  # no number stays none
+        return np.minimum(self.function(x, y), self.limit(side_by_side(x, y)))  # no number stays none
 
 
 def _below(spacing: Spacing, limit: Limit) -> Spacing:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, side_by_side
 from bubblemesh.geometry.distance.distances import Distance
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.records import record
@@ -31,7 +31,7 @@ class Proximity:
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
-        return self.at(np.column_stack([x, y]))
+        return self.at(side_by_side(x, y))
 
     def at(self, points: Floats) -> Floats:
         """Values (m,) at points (m, 2)."""
@@ -61,7 +61,7 @@ class Proximities:
 
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
-        points = np.column_stack([x, y])
+        points = side_by_side(x, y)
         order = along_hilbert_curve(points)
         first = np.arange(0, len(points), TOGETHER)
         values = np.full(len(points), np.inf)

@@ -42,7 +42,7 @@ class Counted:
 
     def asked_since(self):
         asked, self.asked = self.asked, []
-        return np.concatenate(asked)
+        return np.concatenate([np.zeros((0, 2)), *asked])
 
 
 def tables(function):
@@ -72,6 +72,12 @@ def test_the_function_is_hardly_asked_any_more(function):
     counted, spacing = tables(function)
     spacing(INSIDE)
     assert len(counted.asked_since()) < 0.02 * len(INSIDE)
+
+
+def test_the_function_is_not_asked_for_no_points():
+    counted, spacing = tables(lambda x, y: 0.1 + 0.02 * x)
+    spacing(INSIDE)
+    assert counted.asked == []
 
 
 def test_beside_a_jump_the_function_is_asked_and_nowhere_else():
