@@ -68,7 +68,7 @@ class Columns:
 
     @property
     def are_in_hollows(self) -> Booleans:
-        """Mask (c,) of the columns that come nearer to each other, on edges far shorter than the first layer."""
+        """Mask (c,) of the columns that come nearer to each other, on edges that are short beside the first layer."""
         i, j = self.pair.T
         nearer = -((self.foot_up[j] - self.foot_up[i]) * (self.at[j] - self.at[i])).sum(axis=1)
         found = np.zeros(len(self), bool)

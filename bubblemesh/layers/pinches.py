@@ -1,4 +1,4 @@
-"""Pinches: at bends of edges far shorter than the first layer several columns are one above the wall.
+"""Pinches: at bends of edges that are short beside the first layer several columns are one above the wall.
 
 They are the counterpart of fans: one column stands on several nodes of the wall, as where chamfers and fillets of a
 drawing round a concave corner off.
@@ -15,7 +15,7 @@ from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH
 from bubblemesh.layers.walls import Walls, rotated
 
-SHORT = 0.5  # edges, in terms of the first layer
+SHORT = 1.5  # edges, in terms of the first layer: on longer ones a few layers are no higher than wide
 ROUND = 1.3  # first layers: fillets of a smaller radius are as corners
 # Of these: in sharper corners the first node of the column in the middle would be too near to the chord of a fillet.
 LARGEST_TURN = np.radians(100)

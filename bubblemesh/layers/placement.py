@@ -110,7 +110,7 @@ class _ColumnBuilder:
         return known
 
     def join_fans(self) -> None:
-        """Let columns part evenly where there are fans at both ends of edges far shorter than the first layer.
+        """Let columns part evenly where there are fans at both ends of edges that are short beside the first layer.
 
         As of small chamfers and fillets: the columns above such an edge would go up side by side, however high.
         """

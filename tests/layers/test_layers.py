@@ -640,12 +640,12 @@ def test_the_largest_jump_is_told_with_its_place(capsys):
     assert "(up to" in "".join(capsys.readouterr())
 
 
-@pytest.mark.parametrize(("first", "layers"), [(0.025, 2), (0.026, 0), (0.05, 0)])
+@pytest.mark.parametrize(("first", "layers"), [(0.025, 2), (0.026, 0), (0.033, 0), (0.05, 1)])
 def test_equal_corners_have_equally_many_layers_whatever_the_first_height(first, layers):
     room = {"outer": {"rectangle": [-1, -1, 1, 1], "label": "wall"}}
     strips = prepared(room, {"on": "wall", "first": first, "until": "isotropic"}, spacing=0.05).rest.strips
     corners = (np.abs(strips.columns.at) == 1).all(axis=1)
-    assert strips.heights.count[corners].tolist() == [layers] * 4
+    assert set(strips.heights.count[corners].tolist()) == {layers}
 
 
 @pytest.mark.parametrize(
@@ -831,6 +831,36 @@ def test_layers_go_on_until_they_are_isotropic_beside_small_fillets(edges):
     assert row["count"]["least"] >= 7
 
 
+@pytest.mark.parametrize(("edges", "length"), [(1, 1.4), (2, 0.8), (3, 0.6), (8, 1), (8, 1.4)])
+def test_layers_go_around_convex_fillets_whose_edges_are_about_as_long_as_the_first_height(edges, length):
+    box = np.array([[1, 0.5], [2.5, 0.5], [2.5, 1.6], [1, 1.6]])
+    ring = {"polygon": filleted(box, 0.004 * length / (2 * np.sin(np.pi / 4 / edges)), edges), "label": "wall"}
+    domain = {"outer": {"rectangle": [0, 0, 4, 2], "label": "far"}, "holes": [ring]}
+    layers = {"on": "wall", "first": 0.004, "count": 8}
+    row = row_of(run(domain, layers, spacing={"value": 0.08, "growth": 0.2}), "wall")
+    assert row["count"]["least"] == 8
+    assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
+
+
+@pytest.mark.parametrize(("edges", "length", "least"), [(1, 1.4, 8), (2, 0.8, 8), (3, 1, 8), (8, 1, 4), (8, 1.4, 5)])
+def test_layers_go_around_concave_fillets_whose_edges_are_about_as_long_as_the_first_height(edges, length, least):
+    """As around a corner, or as many as there is room for towards the middle of the fillet."""
+    radius = 0.004 * length / (2 * np.sin(np.pi / 4 / edges))
+    domain = {"outer": {"polygon": filleted(L_SHAPE, radius, edges), "label": "wall"}}
+    layers = {"on": "wall", "first": 0.004, "count": 8}
+    row = layers_of(prepared(domain, layers, spacing={"value": 0.08, "growth": 0.2}), "wall")
+    assert row.count["least"] == least
+    assert (row.compressed, row.first["kept"]) == (1, 1)
+
+
+def test_on_a_wall_drawn_of_edges_below_the_first_height_layers_are_as_high_as_beside():
+    floor = [[x, 0] for x in (*np.arange(0, 2, 0.1).round(3), *np.arange(2, 4, 0.02).round(3), 4)]
+    domain = {"outer": {"polygon": [*floor, [4, 2], [0, 2]], "labels": ["floor"] * (len(floor) - 1) + [*"abc"]}}
+    row = row_of(run(domain, {"on": "floor", "first": 0.03, "until": "isotropic"}, spacing=0.1), "floor")
+    assert row["count"]["least"] == row["count"]["wanted"] == 7
+    assert row["complete"] == row["first"]["kept"] == 1
+
+
 def test_a_column_on_several_nodes_goes_up_from_where_the_walls_would_meet():
     ring = filleted(np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]), 1e-3, 3)
     mesh = run({"outer": {"polygon": ring, "label": "wall"}}, {"on": "wall", **FIVE}).mesh
@@ -845,7 +875,7 @@ def test_beside_a_place_too_fine_for_layers_there_are_fewer_ones_but_none_compre
     row = row_of(run(CHANNEL, {"on": "bottom", "first": 0.005, "count": 6}, spacing=spacing), "bottom")
     assert row["compressed"] == 1
     assert row["first"]["kept"] > 0.99
-    assert row["count"]["least"] <= 1 < row["count"]["most"] == 6
+    assert row["count"]["least"] <= 3 < row["count"]["most"] == 6
 
 
 def layers_of(problem, label):
@@ -879,12 +909,11 @@ def test_a_wall_with_edges_below_the_first_height_has_no_layers_and_is_told():
 
 
 def test_the_share_of_a_wall_with_edges_below_the_first_height_is_told():
-    floor = [[x, 0] for x in (*np.arange(0, 2, 0.1).round(3), *np.arange(2, 4, 0.02).round(3), 4)]
-    domain = {"outer": {"polygon": [*floor, [4, 2], [0, 2]], "labels": ["floor"] * (len(floor) - 1) + [*"abc"]}}
-    problem = prepared(domain, {"on": "floor", "first": 0.03, "until": "isotropic"}, spacing=0.1)
-    row = layers_of(problem, "floor")
+    spacing = "where(x > 2, 0.02, 0.1)"
+    problem = prepared(CHANNEL, {"on": "bottom", "first": 0.03, "until": "isotropic"}, spacing=spacing)
+    row = layers_of(problem, "bottom")
     (text,) = (text for text in problem.warnings if "layers on" in text)
-    assert float(text.split("'floor': ")[1].split("%")[0]) == pytest.approx(50, abs=1)
+    assert float(text.split("'bottom': ")[1].split("%")[0]) == pytest.approx(50, abs=1)
     assert 0.8 < row.low <= 1 - row.complete
     assert row.shortest[0]["layers"] == 0
 
