@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, components
+from bubblemesh.arrays import Booleans, Floats, Integers, components, turned_left
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import turning
 from bubblemesh.layers.columns import Columns
@@ -21,7 +21,8 @@ ROUND = 1.3  # first layers: fillets of a smaller radius are as corners
 LARGEST_TURN = np.radians(100)
 LEAST_TURN = np.radians(10)  # of the wall at such a bend
 FARTHEST = 5.0  # lengths of a bend to where the walls beside it would meet
-LOW = 2.0  # first layers: columns that meet below are one
+LOW = 3.0  # first layers: columns that meet below are one
+CLEAR = 0.2  # of the first layer: least height of its top above the edges of a bend
 
 
 def fillet_radii(boundary: Boundary) -> Floats:
@@ -51,9 +52,10 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
     ends = np.searchsorted(group[order], np.arange(len(columns) + 1))
     for number in np.unique(group[columns.pair[pairs]]).tolist():
         mine = order[ends[number] : ends[number + 1]]
+        inside = pairs & (group[columns.pair[:, 0]] == number)
         corner = _corner(columns, walls, mine, before[mine].max(), after[mine].max())
-        if corner is None:
-            kept[pairs & (group[columns.pair[:, 0]] == number)] = False
+        if corner is None or not _is_clear(columns, inside, *corner):
+            kept[inside] = False
         else:
             at[mine], up[mine] = corner
             owner[mine] = mine[0]
@@ -100,6 +102,15 @@ def _short(columns: Columns, walls: Walls) -> tuple[Booleans, Floats, Floats]:
     with np.errstate(divide="ignore", invalid="ignore"):
         nearer = -((columns.up[j] - columns.up[i]) * (columns.at[j] - columns.at[i])).sum(axis=1) / width
     return short, nearer, first
+
+
+def _is_clear(columns: Columns, inside: Booleans, corner: Floats, up: Floats) -> bool:
+    """Whether a column from a corner (2,) goes ``up`` (2,) to above all edges ``inside`` (p,) a bend in one layer."""
+    begin, end = np.moveaxis(columns.at[columns.pair[inside]], 1, 0)
+    first = columns.first[columns.pair[inside][0, 0]]
+    left = turned_left(end - begin)
+    height = ((corner + first * up - begin) * left).sum(axis=1) / np.hypot(*left.T)
+    return bool((height >= CLEAR * first).all())
 
 
 def _corner(columns: Columns, walls: Walls, mine: Integers, before: int, after: int) -> tuple[Floats, Floats] | None:

@@ -842,7 +842,9 @@ def test_layers_go_around_convex_fillets_whose_edges_are_about_as_long_as_the_fi
     assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
 
 
-@pytest.mark.parametrize(("edges", "length", "least"), [(1, 1.4, 8), (2, 0.8, 8), (3, 1, 8), (8, 1, 4), (8, 1.4, 5)])
+@pytest.mark.parametrize(
+    ("edges", "length", "least"), [(1, 1.4, 8), (2, 0.8, 8), (3, 1, 8), (12, 0.33, 8), (8, 1, 4), (8, 1.4, 5)]
+)
 def test_layers_go_around_concave_fillets_whose_edges_are_about_as_long_as_the_first_height(edges, length, least):
     """As around a corner, or as many as there is room for towards the middle of the fillet."""
     radius = 0.004 * length / (2 * np.sin(np.pi / 4 / edges))
