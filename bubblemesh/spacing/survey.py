@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import LARGEST_NUMBER, Floats
+from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
 from bubblemesh.errors import CaseError, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
@@ -25,7 +25,7 @@ LEFT = 1 / 3  # of the change on division: linear parts of half the size have a 
 NEGLIGIBLE = 1e-6  # nodes by which the integral of a part may change
 MANY_TIMES = 4  # a limit: too many nodes even if much of the domain is left out later
 MOST_PARTS = 500_000  # unsettled ones: a spacing that fine is noise, of which they are a fair sample
-FEWEST = 3.0  # nodes of any mesh, though the formula may give less where the spacing exceeds the domain
+FEWEST = 3.0  # nodes of any ring and mesh, though the formulas give less where the spacing exceeds their size
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
 HALVINGS = 60  # of the reach of a search, at the most
 RESOLVED = 1e-9  # reach, in terms of the spacing found, at which a search ends
@@ -82,7 +82,7 @@ def ideal_nodes(
     It is the sum of
 
     - the integral of 2 / (sqrt(3) d^2) over the area,
-    - half the integral of 1 / d along the boundary,
+    - half the integral of 1 / d along the boundary, or half of three where that of a ring is less,
     - Euler's characteristic of the domain.
 
     The integrals are taken on a ``cover`` of the domain, with the relative accuracy ``tolerance``. LimitError if the
@@ -115,8 +115,20 @@ def _counted_nodes(domain: Domain, spacing: Spacing, enough: int, tolerance: flo
     over_area = _integral(Triangles.of(cover, spacing), tolerance, enough)
     if over_area > 2 * enough:
         return over_area
-    along = _integral(Intervals.of(cover, spacing, domain.boundary), tolerance, enough)
-    return along if along > 2 * enough else max(over_area + along + domain.euler_characteristic, FEWEST)
+    intervals = Intervals.of(cover, spacing, domain.boundary)
+    along = _integral(intervals, tolerance, enough)
+    if along > 2 * enough:
+        return along
+    lacking = _lacking(domain.boundary.ring[intervals.piece], intervals.nodes())
+    return max(over_area + along + lacking + domain.euler_characteristic, FEWEST)
+
+
+def _lacking(ring: Integers, nodes: Floats) -> float:
+    """What the integrals along rings are below half of the fewest nodes, by the ring (k,) and ``nodes`` (k,) of parts.
+
+    A hole takes one node off the number. Without this many that are small beside the spacing would take all of them.
+    """
+    return float(np.maximum(FEWEST / 2 - np.bincount(ring, nodes), 0).sum())
 
 
 def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
@@ -124,13 +136,15 @@ def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
     cover = Cover.of(domain)
     corners, (piece, begin, end) = cover.corners, cover.intervals.T
     middles = corners.mean(axis=1)
-    sides = domain.boundary.points(piece.astype(np.int64), (begin + end) / 2)
+    piece = piece.astype(np.int64)
+    ring, sides = domain.boundary.ring[piece], domain.boundary.points(piece, (begin + end) / 2)
     weight, lengths = np.abs(doubled_areas(corners)) / np.sqrt(3), end - begin
 
     def count(spacing: Spacing) -> float:
         inverse = 1 / spacing(np.vstack([middles, sides]))
         over_area, along = weight @ inverse[: len(weight)] ** 2, lengths @ inverse[len(weight) :] / 2
-        return max(float(over_area + along) + domain.euler_characteristic, FEWEST)
+        lacking = _lacking(ring, lengths * inverse[len(weight) :] / 2)
+        return max(float(over_area + along) + lacking + domain.euler_characteristic, FEWEST)
 
     return count
 

@@ -11,7 +11,7 @@ from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.spacing.cover import Cover
 from bubblemesh.spacing.integrals import Intervals, Triangles, mean_inverse, mean_inverse_square
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import surveyed
+from bubblemesh.spacing.survey import rough_nodes, surveyed
 
 ENOUGH = 10**6
 SQUARE = Domain.of(rectangle(-1, -1, 1, 1))
@@ -84,6 +84,15 @@ def test_each_hole_takes_one_node_off():
     domain = Domain.of(rectangle(-1, -1, 1, 1), [rectangle(-0.5, -0.5, 0, 0), rectangle(0.5, 0.5, 0.7, 0.7)])
     found = surveyed(domain, uniform(0.1), ENOUGH).ideal_nodes
     assert found == pytest.approx(ideal((4 - 0.25 - 0.04) / 0.01, (8 + 2 + 0.8) / 0.1, holes=2), rel=1e-9)
+
+
+@pytest.mark.parametrize("radius", [1e-3, 0.05])
+def test_holes_smaller_than_the_spacing_have_three_nodes_each(radius):
+    places = [(x, y) for x in np.linspace(-0.9, 0.9, 8) for y in np.linspace(-0.9, 0.9, 8)]
+    domain = Domain.of(rectangle(-1, -1, 1, 1), [circle(place, radius) for place in places])
+    found = surveyed(domain, uniform(0.5), ENOUGH).ideal_nodes
+    assert found == pytest.approx(ideal((4 - 64 * np.pi * radius**2) / 0.25, 8 / 0.5 + 64 * 3, holes=64), rel=1e-3)
+    assert rough_nodes(domain)(uniform(0.5)) == pytest.approx(found, rel=1e-3)
 
 
 def test_inner_lines_take_no_nodes_of_their_own():
