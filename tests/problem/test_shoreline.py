@@ -312,10 +312,20 @@ def test_nothing_but_narrow_parts_is_closed():
     assert domain.polygon.symmetric_difference(sea_of(COAST, ISLAND)).area < 1e-3 * domain.polygon.area
 
 
-def test_a_sea_that_is_narrow_all_over_is_no_sea():
+@pytest.mark.parametrize("narrowest", [2, 6, 12])
+def test_a_separate_narrow_sea_is_closed_however_small_it_is(narrowest):
+    write([shapely.box(60, -5, 110, 65).difference(shapely.box(94, 27, 110, 33))])
+    problem = prepare(case(spacing=4, narrowest=narrowest))
+    assert problem.domain.polygon.area == pytest.approx(60 * 60)
+    assert any("1 part of the sea closed" in note for note in problem.domain.notes)
+
+
+@pytest.mark.parametrize("narrowest", [30, 1000])
+def test_a_sea_that_is_narrow_all_over_is_no_sea(narrowest):
     write(LAND)
-    with pytest.raises(BubblemeshError, match=r"no sea is left in the box: ask for less than narrowest: 30"):
-        prepare(case(narrowest=30))
+    advice = f"no sea is left in the box: ask for less than narrowest: {narrowest}"
+    with pytest.raises(BubblemeshError, match=advice):
+        prepare(case(narrowest=narrowest))
 
 
 # Kinds of shapes

@@ -31,14 +31,20 @@ def without_narrow(sea: Sea, spacing: SpacingAt, narrowest: float, smallest: flo
 
     middles = shape.difference(_grown(shape, half_width))
     wide = shapely.union_all([middles, _grown(middles, _touching(shape))])
-    parts = polygons_of(shape.difference(wide))
+    seas = polygons_of(shape)
+    apart = [part for part in seas if part.disjoint(wide)]  # narrow all over, and no corners, however small they are
+    reached = shapely.MultiPolygon([part for part in seas if part.intersects(wide)]) if apart else shape
+    parts = polygons_of(reached.difference(wide))
     widths = 2 * half_width(shapely.get_coordinates([part.point_on_surface() for part in parts]))
     narrow = [(part, width) for part, width in zip(parts, widths, strict=True) if part.area > SLIVER * width**2]
-    if not narrow:
+    if not apart and not narrow:
         return sea
     # A little more, so that no slivers stay between them and the shore.
-    cut = shape.difference(shapely.union_all([part.buffer(0.01 * width, join_style="mitre") for part, width in narrow]))
-    closed = f"{counted(len(narrow), 'part')} of the sea closed, narrower than {narrowest:g} spacings there"
+    cut = reached.difference(
+        shapely.union_all([part.buffer(0.01 * width, join_style="mitre") for part, width in narrow])
+    )
+    parts_closed = counted(len(apart) + len(narrow), "part")
+    closed = f"{parts_closed} of the sea closed, narrower than {narrowest:g} spacings there"
     return open_sea(cut, sea.sides, smallest, (*sea.notes, closed), f"ask for less than narrowest: {narrowest:g}")
 
 
