@@ -44,9 +44,7 @@ def way_to(path: Path) -> Iterator[tuple[Path | str, int | None]]:
         return
     real = Path(os.path.realpath(path))
     if not real.is_relative_to(root):
-        raise CaseError(
-            f"{path}: leads out of {root}: an untrusted case reads only from below its folder: copy it there"
-        )
+        raise CaseError(f"leads out of {root}: an untrusted case reads only from below its folder: copy it there")
     if os.open not in os.supports_dir_fd or real == root:  # Windows; or the folder itself, which is not a file
         yield real, None
         return

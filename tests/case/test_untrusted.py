@@ -82,6 +82,8 @@ def test_files_elsewhere_are_not_read_however_they_are_named(text, name, outside
     (stranger / "case.yaml").write_text(named(text, name, outside))
     code, _, message = command("check", "--untrusted", "theirs/case.yaml")
     assert (code, "an untrusted case reads only from below its folder" in message) == (2, True), message
+    assert re.search(rf"{name}: leads out of ", message), message
+    assert message.count(name) == 1  # told once
     assert command("check", "theirs/case.yaml")[0] == 0  # one that is trusted
 
 
@@ -108,7 +110,7 @@ def test_a_base_elsewhere_is_not_read(outside, stranger):
     for arguments in (["check"], ["run", "-o", "out"], ["batch", "-o", "out"]):
         code, _, message = command(*arguments, "--untrusted", "theirs/case.yaml")
         assert code == 2
-        assert "theirs/case.yaml:2: base: " in message
+        assert re.search(r"theirs/case\.yaml:2: base: \S*base\.yaml: leads out of ", message), message
         assert "an untrusted case reads only from below its folder" in message
         assert SECRET not in message
     assert SECRET in command("check", "theirs/case.yaml")[2]  # what the refusal is good for
