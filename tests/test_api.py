@@ -367,8 +367,10 @@ def test_labels_have_to_be_names(labels):
 
 
 def test_labels_have_to_fit():
-    with pytest.raises(CaseError, match="1 labels for 2 rings"):
+    with pytest.raises(CaseError, match="1 label for 2 rings"):
         bubblemesh.mesh(PLATE, 0.3, labels=["a"])
+    with pytest.raises(CaseError, match=r"2 labels for 1 ring$"):
+        bubblemesh.mesh(shapely.box(0, 0, 1, 1), 0.3, labels=["a", "b"])
     with pytest.raises(CaseError, match="labels of its own"):
         bubblemesh.mesh(DISC, 0.3, labels=["a", "b"])
 

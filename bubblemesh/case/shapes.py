@@ -22,6 +22,8 @@ from bubblemesh.case.fields import (
 from bubblemesh.case.geometry_files import FollowedKeys, GeometryFile
 from bubblemesh.case.repair import RepairKeys
 
+LONGEST_ELLIPSE = 7e4  # in terms of its width: chords along a longer one cross each other
+
 
 class LinePiece(Strict):
     """A straight line of a path."""
@@ -162,11 +164,18 @@ class CircleRing(DrawnKeys):
     label: OneLabel = None
 
 
+def _not_flat(radii: tuple[float, float]) -> tuple[float, float]:
+    if max(radii) > LONGEST_ELLIPSE * min(radii):
+        text = "must differ by a factor of {most} at most: draw so flat an ellipse as a line, under lines"
+        raise PydanticCustomError("flat", text, {"most": f"{LONGEST_ELLIPSE:,.0f}"})
+    return radii
+
+
 class EllipseKeys(Strict):
     """Measures of an ellipse."""
 
     center: Point = Field(description="Center [x, y].")
-    radii: Annotated[tuple[Positive, Positive], list_of(2, "two positive numbers")] = Field(
+    radii: Annotated[tuple[Positive, Positive], list_of(2, "two positive numbers"), AfterValidator(_not_flat)] = Field(
         description="Lengths of the two half axes."
     )
     angle: Number = Field(default=0.0, description="Angle from the x axis to the first half axis, in degrees.")

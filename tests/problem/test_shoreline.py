@@ -356,7 +356,17 @@ def test_lines_are_closed_along_the_box():
 @pytest.mark.parametrize(
     ("shapes", "keys", "message"),
     [
-        ([shapely.box(-10, -10, 200, 200)], {}, "coast.geojson: no sea is left in the box"),
+        (
+            [shapely.box(-10, -10, 200, 200)],
+            {},
+            "coast.geojson: no sea is left in the box: correct the box, or say of: sea if the shapes are water",
+        ),
+        ([shapely.box(200, 0, 300, 60)], {"of": "sea"}, "no sea is left in the box: correct the box$"),
+        (
+            [shapely.box(10, 10, 20, 20), shapely.box(30, 30, 40, 40)],
+            {"of": "sea"},
+            "coast.geojson: no part of the sea reaches a side of the box: make the box smaller$",
+        ),
         ([shapely.LineString([(0, 0), (50, 50)])], {}, "has no areas: give polygons, or say of: lines"),
         ([shapely.Point(0, 0)], {"of": "lines"}, "has no lines: give lines of the shore, or polygons"),
         (LAND, {"detail": "all"}, r"detail: must be auto or a length above 0 \(found"),

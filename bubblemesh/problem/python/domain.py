@@ -16,7 +16,7 @@ from bubblemesh.geometry.boundary import default_label
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.following import Following
 from bubblemesh.geometry.paths import Area, Ring
-from bubblemesh.messages import meant
+from bubblemesh.messages import counted, meant
 from bubblemesh.records import record
 
 Geometry: TypeAlias = "shapely.Polygon | shapely.MultiPolygon | Domain | ArrayLike"
@@ -165,5 +165,6 @@ def _names(labels: Labels | None, areas: int, holes: int) -> Sequence[str | None
         )
     names = list(labels)
     if len(names) != areas + holes:
-        raise CaseError(f"labels: must be one for each ring: {len(names)} labels for {areas + holes} rings")
+        given = counted(len(names), "label")
+        raise CaseError(f"labels: must be one for each ring: {given} for {counted(areas + holes, 'ring')}")
     return [require_name(name, "labels") for name in names]

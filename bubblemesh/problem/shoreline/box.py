@@ -47,9 +47,11 @@ def sea_in_box(keys: ShoreDomain) -> Sea:
         shape = shapely.union_all(faces.shapes)
         sea = frame.intersection(shape) if faces.of_sea else frame.difference(shape)
         parts = [valid for part in polygons_of(sea) for valid in polygons_of(shapely.make_valid(_in_plane(part)))]
-        return open_sea(
-            shapely.simplify(shapely.MultiPolygon(parts), straight), sides, shore.smallest or 0.0, faces.notes
-        )
+        advice = "make the box smaller" if parts else "correct the box"
+        if not faces.of_sea:
+            advice += ", or say of: sea if the shapes are water"
+        simplified = shapely.simplify(shapely.MultiPolygon(parts), straight)
+        return open_sea(simplified, sides, shore.smallest or 0.0, faces.notes, advice)
 
 
 def _in_plane(part: shapely.Polygon) -> shapely.Polygon:
@@ -59,11 +61,7 @@ def _in_plane(part: shapely.Polygon) -> shapely.Polygon:
 
 
 def open_sea(
-    sea: shapely.Geometry,
-    sides: Sequence[Floats],
-    smallest: float,
-    given_notes: Sequence[str],
-    advice: str = "correct the box, or say of: sea if the shapes are water",
+    sea: shapely.Geometry, sides: Sequence[Floats], smallest: float, given_notes: Sequence[str], advice: str
 ) -> Sea:
     """Parts of the sea that are open and large, without small islands; GeometryError, with the advice, if none is."""
     found, notes = polygons_of(sea), list(given_notes)
@@ -77,9 +75,10 @@ def open_sea(
     large = [part for part in opened if part.area >= smallest]
     if len(large) < len(opened):
         notes.append(f"{counted(len(opened) - len(large), 'part')} of the sea smaller than {area} left out")
-    if opened and not large:
-        advice = f"all of it is below smallest: {area}: ask for less"
+    if found and not opened:
+        raise GeometryError(f"no part of the sea reaches a side of the box: {advice}")
     if not large:
+        advice = f"all of it is below smallest: {area}: ask for less" if opened else advice
         raise GeometryError(f"no sea is left in the box: {advice}")
     holes = [[ring for ring in part.interiors if shapely.Polygon(ring).area >= smallest] for part in large]
     dropped = sum(len(part.interiors) for part in large) - sum(map(len, holes))
