@@ -1,6 +1,7 @@
 """From a case file and the command line's options to a checked `Case`."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from os.path import realpath
 from pathlib import Path
@@ -123,14 +124,25 @@ def case_variants(
     root = _root_of(path, untrusted)
     data, places = _in_time(path, changes, root, lambda begun: _read(path, text, changes, root))
     variants = variants_of(data.get("sweep"), places)
+    every = _with_all_values(data)
     for key, _ in variants[0].values:
-        if problem := _no_use(key_parts(key), data):
+        if problem := _no_use(key_parts(key), every):
             raise CaseError(f"{places(['sweep', key])}: sweep.{key}: {problem}")
     for key, _ in variants[0].values:
         for change in places.changes:
             if change.covers(key_parts(key)) or change.leads_through(key_parts(key)):
                 raise CaseError(f"{change.source}: {places(['sweep', key])} sweeps {key}: drop the one or the other")
     return [replace(variant, files=tuple(places.files)) for variant in variants]
+
+
+def _with_all_values(data: dict[str, Any]) -> dict[str, Any]:
+    """The data of a case with the list of its values at each swept key, in place of what stands there."""
+    sweep = data.get("sweep") or {}
+    data = data | {"sweep": None}
+    for key, values in sweep.items():
+        with suppress(CaseError):  # there is no such place: each of the cases tells it
+            data = applied(data, Override(key_parts(key), values, f"sweep.{key}"))
+    return data
 
 
 def _named(path: Path | str, text: str | None) -> Path:

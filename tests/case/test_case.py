@@ -61,8 +61,8 @@ INVALID = [
     (
         "{circle: {center: [0.5, 0.5], radius: 0.2}, label: hole}",
         "{ellipse: {center: [0.5, 0.5], radii: [0.3, 4e-6]}, label: hole}",
-        "plate.yaml:6: domain.holes.0.ellipse.radii: must differ by a factor of 70,000 at most: draw so flat an ellipse "
-        "as a line, under lines (found the list [0.3, 4e-06])",
+        "plate.yaml:6: domain.holes.0.ellipse.radii: must differ by a factor of 70,000 at most: draw so flat an "
+        "ellipse as a line, under lines (found the list [0.3, 4e-06])",
     ),
     ("radius: 0.2", "radius: true", "circle.radius: must be a number (found true)"),
     ("radius: 0.2", f"radius: {'9' * 400}", "circle.radius: must be a finite number (found inf)"),

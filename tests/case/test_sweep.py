@@ -138,6 +138,10 @@ def test_a_wrong_sweep_is_told_with_its_line(sweep, message, case):
             "parameters: {h: 0.2, r: 1, d: 2*r}\nspacing: h\nsweep: {parameters.r: [1, 2]}",
             "'r' (those that are used: h): name it",
         ),
+        (
+            "parameters: {h: 0.3}\nspacing: h\nsweep: {parameters.h: [0.2, 0.3], spacing: [0.3]}",
+            "'h': name it in an expression",
+        ),
         ("spacing: 0.1\nsweep: {parameters.h: [0.1]}", "'h': name it in an expression, or in braces in a text"),
     ],
 )
