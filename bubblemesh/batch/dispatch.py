@@ -30,7 +30,7 @@ class BatchListener:
         """A worker is left out; the message says why."""
 
     def warn(self, message: str) -> None:
-        """Something is missing in the picture that compares the cases; the message says what."""
+        """Something is missing in the summary, or in the picture that compares the cases; the message says what."""
 
     def finish(self, number: int, row: Row, *, unchanged: bool = False) -> None:
         """A case has its row; ``unchanged`` if an earlier batch had done it."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from hashlib import sha256
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 from bubblemesh.batch.plan import STEM, Entry
 from bubblemesh.batch.row import Row
@@ -18,13 +18,27 @@ BLOCK = 1 << 16  # bytes of a file to read at once
 FINAL = (DONE, RequirementError.exit_code)  # with these, another run would end the same way
 
 
-def recorded(folder: Path) -> dict[Path, list[Row]]:
-    """Rows of all summaries of the folder, by their files; incomplete rows are left out.
+class Record(NamedTuple):
+    """What a summary holds: its rows, and the number of lines that are none, as they are damaged or cut off."""
 
-    FileError if a summary cannot be read.
-    """
-    paths = [path for name in (f"{STEM}.jsonl", f"{STEM}-*-of-*.jsonl") for path in sorted(folder.glob(name))]
-    return {path: [row for row in map(Row.parse, _content(path).split(b"\n")) if row is not None] for path in paths}
+    rows: Sequence[Row] = ()
+    damaged: int = 0
+
+
+def recorded(paths: Iterable[Path]) -> dict[Path, Record]:
+    """What summaries hold, by their files, as far as there are any; FileError if one cannot be read."""
+    return {path: _record(_content(path)) for path in paths if path.exists()}
+
+
+def summaries_in(folder: Path) -> list[Path]:
+    """The files of all summaries of a folder."""
+    return [path for name in (f"{STEM}.jsonl", f"{STEM}-*-of-*.jsonl") for path in sorted(folder.glob(name))]
+
+
+def _record(content: bytes) -> Record:
+    found = [Row.parse(line) for line in content.split(b"\n") if line.strip()]
+    rows = [row for row in found if row is not None]
+    return Record(rows, len(found) - len(rows))
 
 
 def _content(path: Path) -> bytes:

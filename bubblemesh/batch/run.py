@@ -8,8 +8,9 @@ from typing import Any
 from bubblemesh.batch.dispatch import BatchListener, dispatch
 from bubblemesh.batch.folders import place_files, reserved, tidied
 from bubblemesh.batch.plan import BatchOptions, Entry
-from bubblemesh.batch.resume import recorded, replaced, rows_of_others, unchanged
+from bubblemesh.batch.resume import Record, recorded, replaced, rows_of_others, summaries_in, unchanged
 from bubblemesh.batch.summary import Summary, indexed, require_no_index, totals
+from bubblemesh.messages import counted
 from bubblemesh.workers.hire import Hire
 
 
@@ -29,19 +30,22 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, liste
     root, own = options.root, options.part_of(entries)
     require_no_index(entries, options)
     with reserved(options):
-        known = recorded(root)
-        done = unchanged(own, chain.from_iterable(known.values()), root) if options.resume else {}
-        earlier = known.get(options.summary, [])
-        staying = [*(rows_of_others(own, earlier) if options.resume else ()), *done.values()]
+        known = recorded(summaries_in(root) if options.resume else [options.summary])
+        old = known.get(options.summary, Record())
+        rows_before = chain.from_iterable(record.rows for record in known.values())
+        done = unchanged(own, rows_before, root) if options.resume else {}
+        staying = [*(rows_of_others(own, old.rows) if options.resume else ()), *done.values()]
         left = [entry for entry in own if entry.number not in done]
         with (
             tidied(own, options),
             # The summary begins when there are workers: until then an old one stays.
             hire(len(left)) if left else nullcontext() as workers,
-            closing(Summary(options, staying, replaced(earlier, staying))) as rows,
+            closing(Summary(options, staying, replaced(old.rows, staying))) as rows,
             indexed(rows, own, options, listener.warn),
         ):
             listener.begin(own, len(done), rows.path)
+            if options.resume and old.damaged:
+                listener.warn(f"{rows.path}: {counted(old.damaged, 'damaged row')} dropped")
             for number, row in done.items():
                 listener.finish(number, row, unchanged=True)
             results = dict(done)

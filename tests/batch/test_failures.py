@@ -20,7 +20,7 @@ from batches import (
     results_in,
     rows_of,
 )
-from commands import refused
+from commands import command, refused
 
 from bubblemesh.batch import BatchOptions, plan_cases
 from bubblemesh.batch.worker import mesh_job
@@ -180,6 +180,8 @@ def test_a_summary_with_a_line_that_is_none_is_gone_on_from(line, here):
     rows_of(".", folder="out")
     with (here / "out/summary.jsonl").open("a") as file:
         file.write(line + "\n")
+    code, _, told = command("batch", ".", "-o", "out", "--resume")
+    assert (code, told.count("warning: out/summary.jsonl: 1 damaged row dropped")) == (0, 1), told
     assert [end.unchanged for end in finished(".", folder="out", resume=True)] == [True]
 
 
