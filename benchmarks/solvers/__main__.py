@@ -1,11 +1,14 @@
 """The table of docs/solvers.md: ``python -m benchmarks.solvers`` solves one problem in all solvers that are there.
 
+``-o docs/solvers.md`` renews the table on that page; rows of solvers that are missing here are lost by that.
+
 A ring with bore 0.4 and rim 1 is of two materials, which meet in a circle of radius 0.7: k = 1 inside, 10 outside. A
 unit flux enters at the bore, and u = 0 at the rim, so that u at the bore is 0.4 (ln(0.7 / 0.4) + ln(1 / 0.7) / 10).
 """
 
+import argparse
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import log
 from pathlib import Path
 from typing import Any
@@ -16,7 +19,6 @@ from bubblemesh.case import load_case
 from bubblemesh.run.output import OutputOptions, destination
 from bubblemesh.run.pipeline import mesh_case
 
-PAGE = Path(__file__).parents[2] / "docs" / "solvers.md"
 BEGIN, END = "<!-- solvers: begin -->", "<!-- solvers: end -->"
 EXACT = 0.4 * (log(0.7 / 0.4) + log(1 / 0.7) / 10)
 CASE = """
@@ -41,12 +43,18 @@ HEAD = """
 """
 
 
-def main() -> None:
-    """Solve the problem in each solver, print the table, and put it on the page."""
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Solve the problem in each solver, print the table, and put it on a page if one is given."""
+    parser = argparse.ArgumentParser("python -m benchmarks.solvers", description=__doc__)
+    parser.add_argument(
+        *("-o", "--output"), type=Path, metavar="FILE", help="page whose table is renewed, such as docs/solvers.md"
+    )
+    page = parser.parse_args(arguments).output
     rows = [row(name, solver) for name, solver in SOLVERS.items()]
     table = f"{HEAD.strip()}\n{''.join(rows)}\nThe exact mean is {EXACT:.6f}.\n"
     print(table)
-    PAGE.write_text(renewed(PAGE.read_text(), table, BEGIN, END))
+    if page is not None:
+        page.write_text(renewed(page.read_text(), table, BEGIN, END))
 
 
 def row(name: str, solver: Solver) -> str:
