@@ -124,7 +124,8 @@ def _adapted(
         domain = case_domain(case)
         if domain.plane is not None and domain.plane.target is not None:
             raise CaseError(
-                "crs.to: solutions are adapted to in the plane: set crs.to: auto, for the mesh of the solution too"
+                "crs.to: the solution has to be on a mesh in the plane: run the case with crs.to: auto, solve on that "
+                "mesh, and adapt with crs.to: auto"
             )
     with timed(seconds, "estimate"):
         require_coverage(domain, solution.points, solution.triangles)

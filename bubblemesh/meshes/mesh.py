@@ -71,7 +71,8 @@ class Mesh:
     metric : (n, 3)
         Entries m11, m12 and m22 of the metric at each node, for the file beside Medit's; empty by default.
     open_labels : tuple of str
-        Labels of open water, for formats of coasts; by default ``open`` and labels that begin with ``open_``.
+        Labels of open water, for formats of coasts; by default those that are named ``open``, or ``open`` with anything
+        but a letter behind it, such as ``open_west``, ``open-2`` and ``open 3``.
     geographic : bool
         Whether the coordinates are longitudes and latitudes, for formats that record this.
     fields : mapping of str to (t,)

@@ -399,5 +399,6 @@ def test_quantities_are_for_cases_of_the_earth_and_of_their_dimension():
 
 
 def test_solutions_are_in_the_plane():
-    with pytest.raises(CaseError, match=r"crs.to: solutions are adapted to in the plane"):
+    advice = "run the case with crs.to: auto, solve on that mesh, and adapt with crs.to: auto"
+    with pytest.raises(CaseError, match=f"crs.to: the solution has to be on a mesh in the plane: {advice}"):
         adapted(case(), None, Target())
