@@ -18,16 +18,16 @@ BLOCK = 1 << 16  # bytes of a file to read at once
 FINAL = (DONE, RequirementError.exit_code)  # with these, another run would end the same way
 
 
-class Record(NamedTuple):
+class OldSummary(NamedTuple):
     """What a summary holds: its rows, and the number of lines that are none, as they are damaged or cut off."""
 
     rows: Sequence[Row] = ()
     damaged: int = 0
 
 
-def recorded(paths: Iterable[Path]) -> dict[Path, Record]:
+def recorded(paths: Iterable[Path]) -> dict[Path, OldSummary]:
     """What summaries hold, by their files, as far as there are any; FileError if one cannot be read."""
-    return {path: _record(_content(path)) for path in paths if path.exists()}
+    return {path: _parsed(_content(path)) for path in paths if path.exists()}
 
 
 def summaries_in(folder: Path) -> list[Path]:
@@ -35,10 +35,10 @@ def summaries_in(folder: Path) -> list[Path]:
     return [path for name in (f"{STEM}.jsonl", f"{STEM}-*-of-*.jsonl") for path in sorted(folder.glob(name))]
 
 
-def _record(content: bytes) -> Record:
+def _parsed(content: bytes) -> OldSummary:
     found = [Row.parse(line) for line in content.split(b"\n") if line.strip()]
     rows = [row for row in found if row is not None]
-    return Record(rows, len(found) - len(rows))
+    return OldSummary(rows, len(found) - len(rows))
 
 
 def _content(path: Path) -> bytes:

@@ -8,7 +8,7 @@ from typing import Any
 from bubblemesh.batch.dispatch import BatchListener, dispatch
 from bubblemesh.batch.folders import place_files, reserved, tidied
 from bubblemesh.batch.plan import BatchOptions, Entry
-from bubblemesh.batch.resume import Record, recorded, replaced, rows_of_others, summaries_in, unchanged
+from bubblemesh.batch.resume import OldSummary, recorded, replaced, rows_of_others, summaries_in, unchanged
 from bubblemesh.batch.summary import Summary, indexed, require_no_index, totals
 from bubblemesh.messages import counted
 from bubblemesh.workers.hire import Hire
@@ -31,8 +31,8 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, liste
     require_no_index(entries, options)
     with reserved(options):
         known = recorded(summaries_in(root) if options.resume else [options.summary])
-        old = known.get(options.summary, Record())
-        rows_before = chain.from_iterable(record.rows for record in known.values())
+        old = known.get(options.summary, OldSummary())
+        rows_before = chain.from_iterable(summary.rows for summary in known.values())
         done = unchanged(own, rows_before, root) if options.resume else {}
         staying = [*(rows_of_others(own, old.rows) if options.resume else ()), *done.values()]
         left = [entry for entry in own if entry.number not in done]
