@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 27  # of the library's functions, as in source/library.c
+VERSION = 28  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
@@ -27,8 +27,8 @@ SIGNATURES = {
     ),
     "bulge_distances": "n:i places:D of:I cubics:D steps:i flattest:d distance:D",
     "descend": (
-        "n:i t:i m:i fixed:i b:i triangles:I edges:I d:D flattest:d worst:d shortest:d scale:D most:D weight:d "
-        "momentum:d step:d tangents:D steps:i x:D"
+        "n:i t:i m:i fixed:i b:i triangles:I counts:D edges:I d:D flattest:d worst:d shortest:d scale:D most:D "
+        "weight:d momentum:d step:d tangents:D steps:i x:D"
     ),
     "enclose": "n:i t:i cells:U m:i walls:I triangles:I counts:I",
     "guarded_move": "n:i t:i triangles:I x:D move:D keep:d share:D",

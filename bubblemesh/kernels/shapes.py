@@ -15,11 +15,12 @@ WORST = 1.5  # shape measure beyond which the push grows no more
 class Descent(NamedTuple):
     """How n nodes go down the gradient of the sums over triangles of eta^8 / 2 and over edges of (l / l0 - 1)^2.
 
-    The shape measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle. The first nodes stay,
-    those that follow may slide along tangents.
+    Each triangle counts as often as is given. The shape measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an
+    equilateral triangle. The first nodes stay, those that follow may slide along tangents.
     """
 
     triangles: Integers  # (t, 3)
+    counts: Floats  # (t,): how often each triangle counts
     edges: Integers  # (m, 2)
     d: Floats  # (n,): spacing at the nodes; edges should have the mean length l0 of both ends
     scale: Floats  # (n,): factors of the gradient, 0 for nodes that stay
@@ -44,6 +45,7 @@ class Descent(NamedTuple):
             fixed=self.fixed,
             b=self.sliding,
             triangles=np.ascontiguousarray(self.triangles),
+            counts=self.counts,
             edges=np.ascontiguousarray(self.edges),
             d=self.d,
             flattest=FLATTEST,
@@ -63,11 +65,12 @@ class Descent(NamedTuple):
     def moved_in_numpy(self, x: Floats, tangents: Floats, steps: int) -> Floats:
         """The same as `moved`, in NumPy."""
         x, v, slide = x.copy(), np.zeros_like(x), slice(self.fixed, self.fixed + self.sliding)
-        corners, ends = (rows[(self.scale[rows] != 0).any(axis=1)].T for rows in (self.triangles, self.edges))
+        pulling, pulled = ((self.scale[rows] != 0).any(axis=1) for rows in (self.triangles, self.edges))
+        corners, counts, ends = self.triangles[pulling].T, self.counts[pulling], self.edges[pulled].T
         contact = (self.d[ends[0]] + self.d[ends[1]]) / 2
         for _ in range(steps):
             lengths = self.weight * spacing_gradient(x, ends, contact)
-            downhill = (shape_gradient(x, corners, self.d) + lengths) * self.scale[:, None]
+            downhill = (shape_gradient(x, corners, self.d, counts) + lengths) * self.scale[:, None]
             for vectors in (downhill, v):
                 vectors[: self.fixed] = 0
                 vectors[slide] = np.einsum("ij,ij->i", vectors[slide], tangents)[:, None] * tangents
@@ -106,8 +109,8 @@ def eta_in_numpy(x: Floats, triangles: Integers) -> Floats:
     return np.divide(squares, 4 * np.sqrt(3) * area, out=np.full(len(area), np.inf), where=area > 0)
 
 
-def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
-    """Gradient (n, 2) of the sum of eta^8 / 2 over triangles, whose corners (3, t) are at positions x (n, 2)."""
+def shape_gradient(x: Floats, corners: Integers, d: Floats, counts: Floats) -> Floats:
+    """Gradient (n, 2) of the sum of counts (t,) times eta^8 / 2 over triangles with corners (3, t) at x (n, 2)."""
     px, py = (column.take(corners) for column in np.ascontiguousarray(x.T))
     ux, uy = px[1] - px[0], py[1] - py[0]
     wx, wy = px[2] - px[0], py[2] - py[0]
@@ -118,7 +121,7 @@ def shape_gradient(x: Floats, corners: Integers, d: Floats) -> Floats:
     eta = squares * to_eta
     bounded = np.minimum(eta, WORST)
     cube = bounded * bounded * bounded
-    steep = 4 * (cube * cube * bounded)
+    steep = 4 * counts * (cube * cube * bounded)
     by_squares, by_area = 2 * steep * to_eta, steep * eta / (2 * area)
     # The sum of squares pulls each corner to the others, the area pushes it off the side across.
     pull = ((-ux - wx, -uy - wy), (ux - zx, uy - zy), (wx + zx, wy + zy))

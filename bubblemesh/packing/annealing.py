@@ -22,9 +22,10 @@ from bubblemesh.records import record
 
 CYCLES = {"fast": 20, "normal": 100, "best": 800}  # before `TIMES`
 FEWEST_CYCLES = {"fast": 2, "normal": 20, "best": 40}  # on the largest levels, before `TIMES`
-TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1.5, 2, 4, 4, 8), "best": (4, 4, 2, 2, 4)}  # by the number of finer levels
+TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1.6, 2, 4, 4, 8), "best": (5, 5, 4, 4, 5)}  # by the finer levels
 ANNEALED_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
 DISORDERED = 0.02  # share of the bubbles from which on all cycles are worth their time
+LAST_SHARE = 0.5  # of the first displacement: by much less than that, defects do not move any more
 SPACING_STAYS = 5  # cycles by the same spacings: bubbles do not go far in them
 SEEDS = 2**63
 
@@ -112,9 +113,9 @@ class AnnealingCycles:
     """Parameters of annealing, of circles or of ellipses, and the number of its cycles."""
 
     effort: Effort = "normal"
-    amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.18
+    amplitude: Annotated[float, Gt(0), Le(0.5), Doc("standard deviation of the first displacement, in spacings")] = 0.16
     amplitude_at_boundary: Annotated[float, Ge(0), Le(1), Doc("what of it applies beside the boundary")] = 1.0
-    shake_steps: Annotated[int, Gt(0), Le(1000), Doc("steps of relaxation in each cycle")] = 8
+    shake_steps: Annotated[int, Gt(0), Le(1000), Doc("steps of relaxation in each cycle")] = 6
     fully_shaken: Annotated[
         int,
         Gt(0),
@@ -153,7 +154,7 @@ class CyclicAnnealing(AnnealingCycles):
         """
         annealer = Annealer(relaxer, self.shake_steps)
         total, seed = self.cycles(len(net.bubbles), rank, net.disorder), int(random.integers(SEEDS))
-        shares = 1 - np.arange(total) / total
+        shares = 1 - (1 - LAST_SHARE) * np.arange(total) / total
         parts, done = [Relaxed.none(net.bubbles)], 0
         while done < total:
             if done:

@@ -214,7 +214,7 @@ class Refinement:
         """The net with bubbles around new ones moved to better shapes, as far as no demand is broken anew."""
         free = net.within(np.flatnonzero(net.bubbles.touched), AROUND)
         free[: net.bubbles.boundary_count] = False
-        smoothing, allowed = Smoothing(), len(self._broken(net))
+        smoothing, allowed = Smoothing(defect_weight=1.0), len(self._broken(net))
         for _ in range(ATTEMPTS if free.any() else 0):
             trial = net
             for _ in range(SMOOTHINGS):

@@ -6,10 +6,11 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans
+from bubblemesh.arrays import Booleans, any_of_rows
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.shapes import WORST, Descent, eta
+from bubblemesh.meshes.quality import REGULAR_VALENCE
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.net import Net, connect_inside
@@ -52,7 +53,8 @@ class Smoothing(SmoothingPasses):
 
     It lessens the sum over triangles of eta^8 / 2 + spacing_weight * the sum over edges of (l/d - 1)^2. The shape
     measure eta = (a^2 + b^2 + c^2) / (4 sqrt(3) A) is 1 for an equilateral triangle; its eighth power makes
-    the worst triangles count most. Bubbles on the boundary slide along it, corners stay.
+    the worst triangles count most. Nearly all of these are at defects, bubbles without six neighbours, or on the
+    boundary: triangles there count ``defect_weight`` times. Bubbles on the boundary slide along it, corners stay.
 
     References
     ----------
@@ -63,6 +65,9 @@ class Smoothing(SmoothingPasses):
     relaxing: ClassVar[bool] = False
 
     shape_step: Annotated[float, Gt(0), Le(0.1), Doc("length of a step, in units where the spacing is 1")] = 0.015
+    defect_weight: Annotated[
+        float, Ge(1), Le(10), Doc("weight of triangles at bubbles without six neighbours, as those on the boundary")
+    ] = 2.0
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
         """Net after one pass, connected anew.
@@ -90,9 +95,13 @@ class Smoothing(SmoothingPasses):
         sliding = Sliding(domain.boundary, bubbles)
         free = free.copy()
         free[bubbles.sliding] &= ~domain.tied[bubbles.piece]
-        scale, weights = np.where(free, d * d, 0.0), (self.spacing_weight, MOMENTUM, self.shape_step)
+        defects = net.valence != REGULAR_VALENCE
+        counts = np.where(any_of_rows(defects[net.triangles]), self.defect_weight, 1.0)
+        # What is pulled by triangles that count more goes shorter ways, or it would overshoot.
+        scale = np.where(free, d * d, 0.0) / np.where(net.dilated(defects), self.defect_weight, 1.0)
+        weights = self.spacing_weight, MOMENTUM, self.shape_step
         groups = bubbles.corners, len(bubbles.piece)
-        descent = Descent(net.triangles, net.edges, d, scale, MOST_MOVE * d, *groups, *weights)
+        descent = Descent(net.triangles, counts, net.edges, d, scale, MOST_MOVE * d, *groups, *weights)
         x = descent.moved(bubbles.x, sliding.tangents, self.shape_steps)
         sliding.follow(x)
         return sliding.bubbles_at(x, d)

@@ -64,8 +64,8 @@ def test_any_triangles_are_bettered_alike(seed):
     d, x, scale = random.uniform(1e-3, 1, n), odd(random, (n, 2)), odd(random, n) * random.integers(0, 2, n)
     fixed = int(random.integers(0, n))
     tangents = odd(random, (int(random.integers(0, n - fixed)), 2))
-    counts, weights = (fixed, len(tangents)), (7.0, 0.8, 0.015)
-    descent = Descent(triangles, edges, d, scale, odd(random, n), *counts, *weights)
+    counts, groups, weights = odd(random, len(triangles)), (fixed, len(tangents)), (7.0, 0.8, 0.015)
+    descent = Descent(triangles, counts, edges, d, scale, odd(random, n), *groups, *weights)
     found, plain = descent.moved(x, tangents, 2), descent.moved_in_numpy(x, tangents, 2)
     finite = np.isfinite(found) & np.isfinite(plain)  # where both have no number it may be another one
     np.testing.assert_array_equal(found[finite], plain[finite])

@@ -126,8 +126,9 @@ def test_too_little_memory_is_an_error_and_no_crash(name, sizes):
 def test_whole_numbers_are_numbers_too():
     x, weights = np.random.default_rng(0).uniform(size=(3, 2)), (2, 2.0)
     edges, of_three, none = np.array([[0, 1], [0, 2], [1, 2]]), np.ones(3), np.zeros((0, 2))
+    counts = np.ones(len(TRIANGLES))
     moved = [
-        Descent(TRIANGLES, edges, of_three, of_three, of_three, 0, 0, weight, 0.5, 0.01).moved(x, none, 3)
+        Descent(TRIANGLES, counts, edges, of_three, of_three, of_three, 0, 0, weight, 0.5, 0.01).moved(x, none, 3)
         for weight in weights
     ]
     np.testing.assert_array_equal(*moved)

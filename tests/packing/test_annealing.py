@@ -80,13 +80,13 @@ def test_boundary_never_moves():
 def test_cycles_follow_the_effort(effort):
     domain, spacing, bubbles = packed_hexagon(3)
     result, recorder = annealed(CyclicAnnealing(effort=effort, shake_steps=5), domain, spacing, bubbles)
-    assert len(recorder.nets) == {"fast": 20, "normal": 150, "best": 3200}[effort]
+    assert len(recorder.nets) == {"fast": 20, "normal": 160, "best": 4000}[effort]
     assert set(recorder.steps) == {5}
     assert result.speeds.tolist() == [float(k) for k in range(1, len(recorder.nets) + 1) for _ in range(5)]
     assert result.evaluations == 10 * len(recorder.nets)
 
 
-@pytest.mark.parametrize(("full", "cycles"), [(1000, 150), (37, 150), (20, 82), (6, 25), (1, 5)])
+@pytest.mark.parametrize(("full", "cycles"), [(1000, 160), (37, 160), (20, 87), (6, 26), (1, 5)])
 def test_large_systems_have_fewer_cycles(full, cycles):
     domain, spacing, bubbles = packed_hexagon(3)
     assert len(bubbles) == 37
@@ -94,7 +94,7 @@ def test_large_systems_have_fewer_cycles(full, cycles):
     assert len(recorder.nets) == cycles
 
 
-@pytest.mark.parametrize(("effort", "cycles"), [("fast", [2, 1, 1]), ("normal", [30, 15, 1]), ("best", [160, 80, 2])])
+@pytest.mark.parametrize(("effort", "cycles"), [("fast", [2, 1, 1]), ("normal", [32, 16, 1]), ("best", [200, 100, 3])])
 def test_the_largest_systems_have_the_fewest_cycles_or_less_if_they_are_in_order(effort, cycles):
     scheme = CyclicAnnealing(effort=effort, fully_shaken=60)
     assert [scheme.cycles(100_000, disorder=share * DISORDERED) for share in (1.0, 0.5, 0.0)] == cycles
@@ -110,7 +110,7 @@ def test_annealing_sees_the_disorder():
     domain, spacing, bubbles = packed_hexagon(8)
     x = bubbles.x.copy()
     x[bubbles.interior] += np.random.default_rng(0).normal(0, 0.25, x[bubbles.interior].shape)
-    for places, cycles in ((bubbles.x, 1), (x, 30)):
+    for places, cycles in ((bubbles.x, 1), (x, 32)):
         _, recorder = annealed(CyclicAnnealing(fully_shaken=1), domain, spacing, bubbles.moved(places))
         assert len(recorder.nets) == cycles
 
@@ -123,7 +123,7 @@ def test_coarse_levels_have_twice_as_many_cycles(full, cycles):
 
 
 @pytest.mark.parametrize(
-    ("effort", "cycles"), [("fast", [20, 40, 80, 80, 160, 160]), ("best", [3200, 3200, 1600, 1600, 3200, 3200])]
+    ("effort", "cycles"), [("fast", [20, 40, 80, 80, 160, 160]), ("best", [4000, 4000, 3200, 3200, 4000, 4000])]
 )
 def test_levels_whose_order_is_handed_on_often_have_more_cycles(effort, cycles):
     assert [CyclicAnnealing(effort=effort).cycles(4000, Rank(finer=finer)) for finer in range(6)] == cycles
@@ -134,12 +134,12 @@ def test_finest_of_several_levels_has_no_cycles_and_a_large_one_next_to_it_only_
         assert CyclicAnnealing(effort=effort).cycles(500, Rank(coarser=1)) == 0
     for bubbles in (2000, 2001):
         cycles = [CyclicAnnealing(effort=effort).cycles(bubbles, Rank(coarser=1, finer=1)) for effort in CYCLES]
-        assert cycles == ([40, 200, 3200] if bubbles == 2000 else [0, 0, 3200])
+        assert cycles == ([40, 200, 4000] if bubbles == 2000 else [0, 0, 4000])
     assert CyclicAnnealing().cycles(2001, Rank(finer=1)) == 200  # the coarsest level, which takes over no order
 
 
 @pytest.mark.parametrize("d", [1.0, 0.01])
-def test_displacements_fall_linearly_and_are_less_beside_the_boundary(d):
+def test_displacements_fall_linearly_to_a_half_and_are_less_beside_the_boundary(d):
     domain = Domain.of(rings.rectangle(0, 0, 25 * d, 20 * d))
     start = ErrorDiffusion()(domain, uniform(d), 10_000)
     net = connect(start, domain)
@@ -153,9 +153,9 @@ def test_displacements_fall_linearly_and_are_less_beside_the_boundary(d):
 
     annealed(CyclicAnnealing(amplitude=0.05, amplitude_at_boundary=0.5), domain, uniform(d), start, relax=back)
     inside = np.arange(len(x)) >= start.boundary_count
-    assert len(moves) == 150
-    for number in (0, 30, 75, 120, 149):
-        share = 1 - number / 150
+    assert len(moves) == 160
+    for number in (0, 30, 80, 130, 159):
+        share = 1 - number / 320
         move, near = moves[number], nets[number].dilated(~inside)
         for which, sigma in ((inside & ~near, 0.05), (inside & near, 0.025)):
             some = move[which][(move[which] != 0).any(axis=1)]
@@ -183,7 +183,8 @@ def test_spacings_are_looked_up_once_in_some_cycles():
         asked.append(len(x))
         return np.ones_like(x)
 
-    _, recorder = annealed(CyclicAnnealing(effort="fast"), domain, Spacing(function, 1.0), bubbles)
+    gentle = CyclicAnnealing(effort="fast", amplitude=0.1)  # no bubble gets lost
+    _, recorder = annealed(gentle, domain, Spacing(function, 1.0), bubbles)
     assert asked == [len(net.bubbles) for net in recorder.nets[SPACING_STAYS::SPACING_STAYS]]
     assert len(asked) == 3
 

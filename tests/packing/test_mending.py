@@ -55,7 +55,7 @@ def worst(net):
 @needs_compiler
 @pytest.mark.parametrize("name", ["sector", "square"])
 def test_mended_part_is_put_back_without_a_triangulation_of_all_bubbles(name, monkeypatch):
-    domain, spacing, net = smoothed_net(name, 3, 5)
+    domain, spacing, net = smoothed_net(name, 4, 5)
     anew = connect_inside(mended(domain, spacing, net).bubbles, domain, spacing)
     sizes = []
 

@@ -74,19 +74,21 @@ def test_shape_measure_is_that_of_the_loop_whatever_the_size(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_shape_gradient_is_that_of_half_the_sum_of_eighth_powers(seed):
-    x = hexagonal(5, 4) + np.random.default_rng(seed).uniform(-0.1, 0.1, (20, 2))
+def test_shape_gradient_is_that_of_half_the_sum_of_counted_eighth_powers(seed):
+    random = np.random.default_rng(seed)
+    x = hexagonal(5, 4) + random.uniform(-0.1, 0.1, (20, 2))
     rows, columns = np.divmod(np.arange(20), 5)
     here = np.flatnonzero((columns < 4) & (rows % 2 == 0) & (rows < 3))
     triangles = np.vstack(
         [np.column_stack([here, here + 1, here + 5]), np.column_stack([here + 1, here + 6, here + 5])]
     )
+    counts = random.uniform(0.5, 3, len(triangles))
     assert eta(x, triangles).max() < WORST
 
     def energy(x):
-        return sum(looped_eta(*x[triangle]) ** 8 / 2 for triangle in triangles)
+        return sum(often * looped_eta(*x[corners]) ** 8 / 2 for corners, often in zip(triangles, counts, strict=True))
 
-    found = shape_gradient(x, triangles.T, np.ones(20))
+    found = shape_gradient(x, triangles.T, np.ones(20), counts)
     np.testing.assert_allclose(found, differences(energy, x), rtol=1e-5, atol=1e-5)
 
 
@@ -105,7 +107,7 @@ def test_spacing_gradient_is_that_of_the_sum_of_squares(seed):
 @pytest.mark.parametrize("height", [FLATTEST / 2, 0.0, -0.3])
 def test_flat_and_inverted_triangles_are_pushed_to_the_right_side(height):
     x, corners = np.array([[0, 0], [1, 0], [0.5, height]]), np.array([[0], [1], [2]])
-    gradient = shape_gradient(x, corners, np.ones(3))
+    gradient = shape_gradient(x, corners, np.ones(3), np.ones(1))
     assert np.isfinite(gradient).all()
     assert gradient[2, 1] < -1
     np.testing.assert_allclose(gradient.sum(axis=0), 0, atol=1e-9)
@@ -114,13 +116,13 @@ def test_flat_and_inverted_triangles_are_pushed_to_the_right_side(height):
 def test_coinciding_bubbles_have_a_finite_gradient():
     x, ends = np.zeros((2, 2)), np.array([[0], [1]])
     assert np.isfinite(spacing_gradient(x, ends, np.ones(1))).all()
-    assert np.isfinite(shape_gradient(np.zeros((3, 2)), np.array([[0], [1], [2]]), np.ones(3))).all()
+    assert np.isfinite(shape_gradient(np.zeros((3, 2)), np.array([[0], [1], [2]]), np.ones(3), np.ones(1))).all()
 
 
 def test_perfect_lattice_is_a_stationary_point():
     domain, spacing, bubbles = packed_hexagon(5)
     net = connect(bubbles, domain)
-    gradient = shape_gradient(bubbles.x, net.triangles.T, bubbles.d)
+    gradient = shape_gradient(bubbles.x, net.triangles.T, bubbles.d, np.ones(len(net.triangles)))
     np.testing.assert_allclose(gradient[bubbles.interior], 0, atol=1e-12)
     np.testing.assert_allclose(spacing_gradient(bubbles.x, net.edges.T, np.ones(len(net.edges))), 0, atol=1e-12)
     smoothed = Smoothing()(net, domain, spacing)
@@ -166,6 +168,22 @@ def test_weight_trades_shape_for_spacing():
         x, d = smoothed.bubbles.x, smoothed.bubbles.d
         spreads.append((np.hypot(*(x[i] - x[j]).T) / ((d[i] + d[j]) / 2)).std())
     assert spreads[1] < 0.95 * spreads[0]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_triangles_at_defects_get_better_where_they_count_more(seed):
+    net = relaxed_net(seed)
+    qualities = []
+    for weight in (1.0, 2.0, 10.0):
+        smoothed, smoothing = net, Smoothing(defect_weight=weight)
+        for _ in range(4):
+            smoothed = smoothing(smoothed, DOMAIN, SPACING)
+        q = np.sort(radius_ratios(smoothed.bubbles.x, smoothed.triangles))
+        qualities.append((q[: len(q) // 50].mean(), q.mean()))
+    (plain, mean), (doubled, mean_of_doubled), (most, _) = qualities
+    assert doubled > plain + 0.005
+    assert mean_of_doubled > mean - 0.001
+    assert most > plain  # steps do not overshoot
 
 
 def test_corners_stay_and_sliding_bubbles_stay_on_their_curve():

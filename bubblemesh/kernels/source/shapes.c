@@ -25,18 +25,20 @@ KERNEL int64_t shape_measures(int64_t t, const double *x, const int64_t *triangl
 
 enum { BLOCK = 64 }; /* triangles or edges whose pulls are found side by side */
 
-/* What pulls n nodes: triangles with their corners (t, 3), and edges with their ends (m, 2) that should have the lengths
-   contact (m,). They are those with a node that may move, whose factor in scale (n,) is not 0. */
+/* What pulls n nodes: triangles with their corners (t, 3), each as often as it counts (t,), and edges with their ends
+   (m, 2) that should have the lengths contact (m,). They are those with a node that may move, whose factor in scale
+   (n,) is not 0. */
 typedef struct {
     int64_t n, t, m;
     int32_t *corners, *ends;
-    double *contact;
+    double *counts, *contact;
     const double *d, *scale; /* (n,) */
     double flattest, worst, shortest;
 } Links;
 
-/* Lists those of the triangles (t, 3) and edges (m, 2) that have a node that may move. */
-static void list_moving(Links *all, int64_t t, const int64_t *triangles, int64_t m, const int64_t *edges)
+/* Lists those of the triangles (t, 3), with their counts (t,), and edges (m, 2) that have a node that may move. */
+static void list_moving(Links *all, int64_t t, const int64_t *triangles, const double *counts, int64_t m,
+                        const int64_t *edges)
 {
     const double *scale = all->scale;
     int64_t k;
@@ -44,6 +46,7 @@ static void list_moving(Links *all, int64_t t, const int64_t *triangles, int64_t
         const int64_t *node = triangles + 3 * k;
         int32_t *corner = all->corners + 3 * all->t;
         corner[0] = (int32_t)node[0], corner[1] = (int32_t)node[1], corner[2] = (int32_t)node[2];
+        all->counts[all->t] = counts[k];
         all->t += scale[node[0]] != 0 || scale[node[1]] != 0 || scale[node[2]] != 0;
     }
     for (k = 0; k < m; k++) {
@@ -54,9 +57,10 @@ static void list_moving(Links *all, int64_t t, const int64_t *triangles, int64_t
     }
 }
 
-/* Gradients (3, 2, BLOCK) of eta^8 / 2 by the corners of triangles with sides u and w from the first corner (2, BLOCK
-   each), whose areas count as no less than least (BLOCK,). */
-SIDE_BY_SIDE static void triangle_pulls(const double *u, const double *w, const double *least, double worst, double *pull)
+/* Gradients (3, 2, BLOCK) of counts (BLOCK,) times eta^8 / 2 by the corners of triangles with sides u and w from the
+   first corner (2, BLOCK each), whose areas count as no less than least (BLOCK,). */
+SIDE_BY_SIDE static void triangle_pulls(const double *u, const double *w, const double *least, const double *counts,
+                                        double worst, double *pull)
 {
     int k;
     for (k = 0; k < BLOCK; k++) {
@@ -69,7 +73,7 @@ SIDE_BY_SIDE static void triangle_pulls(const double *u, const double *w, const 
         eta = squares * to_eta;
         bounded = eta > worst ? worst : eta;
         cube = bounded * bounded * bounded;
-        steep = 4 * (cube * cube * bounded);
+        steep = 4 * counts[k] * (cube * cube * bounded);
         by_squares = 2 * steep * to_eta;
         by_area = steep * eta / (2 * area);
         pull[k] = by_squares * (-ux - wx) - by_area * -zy;
@@ -101,7 +105,7 @@ enum { SUMS = 4 }; /* of a node: of triangles in both directions, and of edges *
 /* Adds what triangles pull, from the one at `begin`, to the sums (n, SUMS) of their corners. */
 static void add_triangles(const Links *all, int64_t begin, const double *x, double *sums)
 {
-    double u[2 * BLOCK] = {0}, w[2 * BLOCK] = {0}, least[BLOCK], pull[6 * BLOCK];
+    double u[2 * BLOCK] = {0}, w[2 * BLOCK] = {0}, least[BLOCK], counts[BLOCK] = {0}, pull[6 * BLOCK];
     int64_t count = all->t - begin < BLOCK ? all->t - begin : BLOCK, k;
     const int32_t *corners = all->corners + 3 * begin;
     int corner;
@@ -113,8 +117,9 @@ static void add_triangles(const Links *all, int64_t begin, const double *x, doub
         u[k] = b[0] - a[0], u[BLOCK + k] = b[1] - a[1];
         w[k] = c[0] - a[0], w[BLOCK + k] = c[1] - a[1];
         least[k] = all->flattest * (all->d[node[0]] * all->d[node[0]]);
+        counts[k] = all->counts[begin + k];
     }
-    triangle_pulls(u, w, least, all->worst, pull);
+    triangle_pulls(u, w, least, counts, all->worst, pull);
     for (k = 0; k < count; k++)
         for (corner = 0; corner < 3; corner++) {
             double *sum = sums + SUMS * (int64_t)corners[3 * k + corner];
@@ -187,21 +192,23 @@ static void go_down(const Links *all, const Way *way, const double *sums, double
     }
 }
 
-/* Moves nodes x (n, 2) of triangles (t, 3) and edges (m, 2) so many steps down the gradient, from rest. */
+/* Moves nodes x (n, 2) of triangles (t, 3), each as often as it counts (t,), and edges (m, 2) so many steps down the
+   gradient, from rest. */
 KERNEL int64_t descend(int64_t n, int64_t t, int64_t m, int64_t fixed, int64_t b, const int64_t *triangles,
-                       const int64_t *edges, const double *d, double flattest, double worst, double shortest,
-                       const double *scale, const double *most, double weight, double momentum, double step,
-                       const double *tangents, int64_t steps, double *x)
+                       const double *counts, const int64_t *edges, const double *d, double flattest, double worst,
+                       double shortest, const double *scale, const double *most, double weight, double momentum,
+                       double step, const double *tangents, int64_t steps, double *x)
 {
-    Links all = {n, 0, 0, NULL, NULL, NULL, d, scale, flattest, worst, shortest};
+    Links all = {n, 0, 0, NULL, NULL, NULL, NULL, d, scale, flattest, worst, shortest};
     const Way way = {fixed, b, tangents, most, weight, momentum, step};
     double *sums = malloc((size_t)(SUMS * n + 1) * sizeof *sums), *v = calloc((size_t)(2 * n + 1), sizeof *v);
     int64_t k, status = NO_MEMORY;
     all.corners = malloc((size_t)(3 * (t + 1)) * sizeof *all.corners);
+    all.counts = malloc((size_t)(t + 1) * sizeof *all.counts);
     all.ends = malloc((size_t)(2 * (m + 1)) * sizeof *all.ends);
     all.contact = malloc((size_t)(m + 1) * sizeof *all.contact);
-    if (sums && v && all.corners && all.ends && all.contact && n < INT32_MAX) {
-        list_moving(&all, t, triangles, m, edges);
+    if (sums && v && all.corners && all.counts && all.ends && all.contact && n < INT32_MAX) {
+        list_moving(&all, t, triangles, counts, m, edges);
         for (; steps > 0; steps--) {
             memset(sums, 0, (size_t)(SUMS * n) * sizeof *sums);
             for (k = 0; k < all.t; k += BLOCK)
@@ -215,6 +222,7 @@ KERNEL int64_t descend(int64_t n, int64_t t, int64_t m, int64_t fixed, int64_t b
     free(sums);
     free(v);
     free(all.corners);
+    free(all.counts);
     free(all.ends);
     free(all.contact);
     return status;
