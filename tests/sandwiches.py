@@ -33,7 +33,7 @@ def sandwich(labels=("bottom", "right", "top", "left", "hole"), regions=("steel"
 
 def written(mesh, folder, form):
     """Write a mesh in one format, and return the path of its main file."""
-    corners = dataclasses.replace(mesh, triangles=mesh.triangles[:, :3])
+    corners = dataclasses.replace(mesh, triangles=mesh.triangles[:, :3], facets=mesh.facets[:, :2])
     files = write_files(mesh, fields_of(corners), {}, folder, "plate", [form])["files"]
     return folder / files[0]
 

@@ -38,8 +38,9 @@ def in_second_order(mesh: M) -> tuple[M, int]:
     facets, others = (
         find_keys(keys, edge_keys(np.sort(pairs[:, :2], axis=1), n)) for pairs in (mesh.facets, mesh.curved_edges)
     )
-    if (others < 0).any():
-        raise CaseError(f"curved_edges: the nodes {mesh.curved_edges[np.argmin(others)].tolist()} have no edge")
+    for name, pairs, numbers in (("facets", mesh.facets, facets), ("curved_edges", mesh.curved_edges, others)):
+        if (numbers < 0).any():
+            raise CaseError(f"{name}: the nodes {pairs[np.argmin(numbers)].tolist()} have no edge")
     straight = mesh.points[edges].mean(axis=1)
     curved = straight.copy()
     curved[others] = mesh.curved_middles

@@ -13,13 +13,14 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import MeshWarning
 from bubblemesh.files import with_home
+from bubblemesh.meshes.checks import checked
 from bubblemesh.meshes.edge_nodes import in_second_order, with_diagonals
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.meshes.mapping import mapped
 from bubblemesh.meshes.metric import measures_of
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.periodic import PeriodicSides, periodic_sides
-from bubblemesh.meshes.quads import Cells, cell_numbers, cell_sides, cells_of, require_pairs
+from bubblemesh.meshes.quads import Cells, cell_numbers, cell_sides, cells_of
 from bubblemesh.meshes.quality import Shape, shape_quality
 from bubblemesh.records import record
 
@@ -27,6 +28,9 @@ from bubblemesh.records import record
 @record(eq=False)
 class Mesh:
     """A conforming triangle mesh of a plane domain.
+
+    Arrays may be given as lists. CaseError, which names the argument, if one has another kind or shape than it must
+    have, or holds indices of what is not there; whether triangles overlap or leave gaps is not checked.
 
     Attributes
     ----------
@@ -67,7 +71,8 @@ class Mesh:
     curved_middles : (c, 2)
         Point where the node on each of them is in a mesh of second order.
     depth : (n,)
-        Depth of the bed below still water at each node, for formats of coasts; empty by default.
+        Depth of the bed below still water at each node, for formats of coasts, NaN where it is not known; empty by
+        default.
     metric : (n, 3)
         Entries m11, m12 and m22 of the metric at each node, for the file beside Medit's; empty by default.
     open_labels : tuple of str
@@ -104,11 +109,8 @@ class Mesh:
     fields: Mapping[str, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        require_pairs(self.triangles, self.quads)
-        if len(self.triangle_regions) == 0:
-            object.__setattr__(self, "triangle_regions", np.zeros(len(self.triangles), np.int64))
-        if len(self.facet_middles) == 0:
-            object.__setattr__(self, "facet_middles", self.points[self.facets[:, :2]].mean(axis=1))
+        for name, value in checked(self).items():
+            object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
         quads = f" ({len(self.quads)} pairs are quadrilaterals)" if len(self.quads) else ""
@@ -164,7 +166,7 @@ class Mesh:
 
         The nodes of facets and ``curved_edges`` are on their curves. If a cell would fold over, as a curve may bulge
         farther than a flat cell can follow, the edge stays straight. A mesh of second order is returned as it is.
-        CaseError if one of the ``curved_edges`` is not an edge.
+        CaseError if one of the facets or ``curved_edges`` is not an edge.
         """
         return in_second_order(self)
 

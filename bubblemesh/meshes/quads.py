@@ -106,8 +106,9 @@ def require_pairs(triangles: Integers, quads: Integers) -> None:
     """Check that the triangles of pairs (q, 2) share an edge and turn the same way, and are in one pair at most."""
     if quads.size == 0:
         return
-    if quads.min() < 0 or quads.max() >= len(triangles) or np.bincount(quads.ravel()).max() > 1:
-        raise CaseError("quads: give each triangle in one pair at most, by its index")
+    count = np.bincount(quads.ravel())
+    if count.max() > 1:
+        raise CaseError(f"quads: the triangle {count.argmax()} is in {count.max()} pairs: give it in one at most")
     first, second = triangles[quads[:, 0], :3], triangles[quads[:, 1], :3]
     a, b = _from_apex(first, second), _from_apex(second, first)
     apart = (a[:, 1:] != b[:, :0:-1]).any(axis=1) | (a[:, 0] == b[:, 0])

@@ -78,13 +78,13 @@ def test_unused_node_is_found():
 def test_missing_triangle_is_found():
     mesh = plate()
     with pytest.raises(BubblemeshError, match="the boundary is not met"):
-        require_conforming(replace(mesh, triangles=mesh.triangles[1:]))
+        require_conforming(replace(mesh, triangles=mesh.triangles[1:], triangle_regions=[]))
 
 
 def test_missing_boundary_edge_is_found():
     mesh = plate()
     with pytest.raises(BubblemeshError, match=r"the boundary is not met at \(0.5, 0\)"):
-        require_conforming(replace(mesh, facets=mesh.facets[1:]))
+        require_conforming(replace(mesh, facets=mesh.facets[1:], facet_labels=mesh.facet_labels[1:], facet_middles=[]))
 
 
 def labelled(mesh, *pairs):
@@ -122,9 +122,11 @@ def test_boundary_run_the_wrong_way_has_the_wrong_area():
 def test_triangle_counted_twice_is_found():
     mesh = plate()
     with pytest.raises(BubblemeshError):
-        require_conforming(replace(mesh, triangles=np.vstack([mesh.triangles, mesh.triangles[:1]])))
+        require_conforming(
+            replace(mesh, triangles=np.vstack([mesh.triangles, mesh.triangles[:1]]), triangle_regions=[])
+        )
 
 
 def test_doubled_mesh_has_twice_the_area():
     mesh = plate()
-    assert area_error(replace(mesh, triangles=np.tile(mesh.triangles, (2, 1)))) == pytest.approx(1)
+    assert area_error(replace(mesh, triangles=np.tile(mesh.triangles, (2, 1)), triangle_regions=[])) == pytest.approx(1)

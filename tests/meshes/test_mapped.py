@@ -39,7 +39,7 @@ def test_a_mirrored_mesh_is_turned_round(made, order):
 
 
 def test_a_mirrored_mesh_is_the_same_in_a_file(tmp_path):
-    mesh = dataclasses.replace(sandwich(), labelled_nodes=np.zeros(0, int))
+    mesh = dataclasses.replace(sandwich(), labelled_nodes=[], node_labels=[])
     mesh.mapped(mirror).write(tmp_path / "a.msh")
     read = Mesh.read(tmp_path / "a.msh")
     np.testing.assert_array_equal(read.facets, mesh.mapped(mirror).facets)

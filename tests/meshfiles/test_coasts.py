@@ -32,7 +32,8 @@ def sea(labels=("open south", "coast", "open_north", "cliff", "rock")):
 
 def rim(mesh):
     """The mesh with the labels of its boundary alone."""
-    return dataclasses.replace(mesh, facets=mesh.facets[mesh.outer], facet_labels=mesh.facet_labels[mesh.outer])
+    of_facets = {name: getattr(mesh, name)[mesh.outer] for name in ("facets", "facet_labels", "facet_middles")}
+    return dataclasses.replace(mesh, **of_facets)
 
 
 # Stretches

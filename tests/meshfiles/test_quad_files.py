@@ -48,7 +48,8 @@ def test_cells_labels_and_regions_are_read_back(form, order, tmp_path):
     if form not in WITHOUT_REGIONS:
         assert regions == expected
     if form not in WITHOUT_FACETS:
-        rim = dataclasses.replace(mesh, facets=mesh.facets[mesh.outer], facet_labels=mesh.facet_labels[mesh.outer])
+        of_facets = {name: getattr(mesh, name)[mesh.outer] for name in ("facets", "facet_labels", "facet_middles")}
+        rim = dataclasses.replace(mesh, **of_facets)
         assert facets_by_places(found) == facets_by_places(rim if form == "gr3" else mesh)
     areas = signed_areas(found.points, found.triangles)
     assert (areas > 0).all()

@@ -274,7 +274,8 @@ def read(number):
 mesh, folder = holed_square(60), Path(sys.argv[2])
 fields, halves = fields_of(mesh), np.array_split(np.arange(len(mesh.triangles)), 2)
 sizes = np.array([(0, len(half)) for half in halves])
-sliced = SlicedMesh(replace(mesh, triangles=mesh.triangles[:0]), mesh.outer, sizes, tuple(fields), read)
+frame = replace(mesh, triangles=mesh.triangles[:0], triangle_regions=[])
+sliced = SlicedMesh(frame, mesh.outer, sizes, tuple(fields), read)
 for limit in (500, 2_000, 60_000, 150_000):
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
     for form in IN_SLICES:

@@ -235,7 +235,7 @@ def test_each_label_has_its_edges_in_a_colour_of_its_own(mesh):
 
 
 def test_the_boundary_of_a_mesh_without_labels_is_drawn_all_the_same(mesh):
-    bare = dataclasses.replace(mesh, facets=np.zeros((0, 2), np.int64), facet_labels=np.zeros(0, np.int64), labels=())
+    bare = dataclasses.replace(mesh, facets=np.zeros((0, 2), np.int64), facet_labels=[], facet_middles=[], labels=())
     assert lines_of(mesh_figure(bare)) == [(INK, len(mesh.facets))]
     assert legend_of(mesh_figure(bare)) == []
 
@@ -340,7 +340,8 @@ def test_the_error_of_an_option_names_it(mesh):
 
 
 def test_a_mesh_without_labels_regions_or_area(mesh):
-    bare = dataclasses.replace(mesh, facets=mesh.facets[:0], facet_labels=mesh.facet_labels[:0], labels=(), regions=())
+    bare = dataclasses.replace(mesh, facets=mesh.facets[:0], facet_labels=[], facet_middles=[], labels=())
+    bare = dataclasses.replace(bare, regions=(), triangle_regions=[])
     for color, what in (("label", "no labelled edges"), ("material", "no regions")):
         with pytest.raises(CaseError, match=what):
             mesh_figure(bare, PlotOptions(color=color))

@@ -1,14 +1,12 @@
 """Metrics in files: tensors at the nodes of a mesh."""
 
-from dataclasses import replace
-
 import meshio
 import numpy as np
 import pytest
 from commands import refused
 from squares import holed_square
 
-from bubblemesh import load_case, mesh_case
+from bubblemesh import Mesh, load_case, mesh_case
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.problem.files import named_files
 from bubblemesh.problem.prepare import prepare
@@ -152,7 +150,7 @@ def test_a_mesh_that_leaves_out_a_part_of_the_domain_is_told(tmp_path, mesh):
     write_vtu(mesh, tmp_path / "m.vtu", metric=tensors(mesh.points))
     told = f"m.vtu: its mesh leaves out about {1 / 2.9**2:.0%} of the domain: there the tensors at its nearest places"
     assert [text for text in prepare(case_with(tmp_path, "m.vtu")).warnings if told in text]
-    whole = replace(mesh, points=np.array([[-10.0, -10], [20, -10], [-10, 20]]), triangles=np.array([[0, 1, 2]]))
+    whole = Mesh([[-10, -10], [20, -10], [-10, 20]], [[0, 1, 2]], [[0, 1], [1, 2], [2, 0]], [0, 0, 0], ["rim"])
     write_vtu(whole, tmp_path / "m.vtu", metric=tensors(whole.points))
     assert not [text for text in prepare(case_with(tmp_path, "m.vtu")).warnings if "leaves out" in text]
 

@@ -1,7 +1,6 @@
 """A grid of VTK in pieces, one for each part of a partition with its halo, and the list of them (pvtu)."""
 
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -58,12 +57,14 @@ def _slice_piece(mesh: SlicedMesh, border: Border, number: int, part: Slice) -> 
     partition = Partition(triangles, owner, len(mesh.sizes), GEOMETRY)
     cells = np.concatenate([mesh.first_triangles[number] + own, border.cells[around]])
     fields = {name: np.concatenate([part.fields[name], border.fields[name][around]]) for name in mesh.fields}
-    local = replace(
-        mesh.frame,
-        points=points,
-        triangles=triangles,
-        facets=mesh.frame.facets[:0],
-        triangle_regions=np.concatenate([part.regions, border.mesh.triangle_regions[around]]),
+    local = Mesh(
+        points,
+        triangles,
+        mesh.frame.facets[:0],
+        mesh.frame.facet_labels[:0],
+        mesh.frame.labels,
+        mesh.frame.regions,
+        np.concatenate([part.regions, border.mesh.triangle_regions[around]]),
         partition=partition,
     )
     return _piece(_numbered(vtk_grid(local, fields), nodes, cells), own, partition.halo(number), partition, number)
