@@ -1,14 +1,14 @@
 """A finite element solution on a triangle mesh, and the check that this is one of the domain."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, unmasked
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.checks import array_of, finite, indices
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.messages import place, two_places
@@ -67,13 +67,16 @@ class Solution:
         Raises
         ------
         CaseError
-            If the shapes do not fit together, a value is no number, or a triangle has no area; with its place.
+            If shapes or kinds of numbers do not fit, a value is no number, or a triangle has no area; with its place.
         """
-        points = _array("points", points)
-        triangles = _array("triangles", triangles)
-        values = _array("values", values)
-        _check_shapes(points, triangles, values)
-        points = np.asarray(points, float)
+        points = finite(points, "points", ("n", 2))
+        n = len(points)
+        triangles = indices(triangles, "triangles", n, "node", ("t", 3))
+        if len(triangles) == 0 or len(np.unique(triangles)) < n:
+            raise CaseError(f"triangles: must use all of the nodes 0 to {n - 1}")
+        values = array_of(values, "values", "numbers", (n,), (n, "k"))
+        if values.size == 0:
+            raise CaseError("values: must be at least one number for each node (found none)")
         values = values.reshape(len(values), -1)
         values = np.hstack([values.real, values.imag]) if np.iscomplexobj(values) else values.astype(float)
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
@@ -100,26 +103,6 @@ def read_solution(path: Path, field: str | None, chosen_by: str = "field") -> tu
     with prefixed(path):
         found = Solution.of(read.points, read.triangles, read.values, read.name)
     return found, [f"{path}: {note}" for note in read.notes]
-
-
-def _array(name: str, given: Any) -> Any:
-    """An array, with no numbers where values are hidden; CaseError with its name for what makes none."""
-    try:
-        return np.asarray(unmasked(given))
-    except (TypeError, ValueError) as error:
-        raise CaseError(f"{name}: must be an array of numbers ({error})") from None
-
-
-def _check_shapes(points: Floats, triangles: Integers, values: Floats) -> None:
-    n = len(points)
-    if points.ndim != 2 or points.shape[1:] != (2,) or points.dtype.kind not in "iuf" or not np.isfinite(points).all():
-        raise CaseError(f"points: must be finite coordinates of shape (n, 2) (found the shape {points.shape})")
-    if triangles.ndim != 2 or triangles.shape[1:] != (3,) or triangles.dtype.kind not in "iu" or len(triangles) == 0:
-        raise CaseError(f"triangles: must be node numbers of shape (t, 3) (found the shape {triangles.shape})")
-    if triangles.min() < 0 or triangles.max() >= n or len(np.unique(triangles)) < n:
-        raise CaseError(f"triangles: must use all of the nodes 0 to {n - 1}, and no others")
-    if values.ndim not in (1, 2) or len(values) != n or values.size == 0 or values.dtype.kind not in "iufc":
-        raise CaseError(f"values: must be numbers of shape ({n},) or ({n}, k) (found the shape {values.shape})")
 
 
 def require_coverage(domain: Domain, points: Floats, triangles: Integers) -> None:

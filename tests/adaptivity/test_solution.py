@@ -95,9 +95,9 @@ POINTS, TRIANGLES = [(0, 0), (1, 0), (0, 1)], [(0, 1, 2)]
 @pytest.mark.parametrize(
     ("points", "triangles", "values", "told"),
     [
-        ([(0, 0), (1, 0, 2), (0, 1)], TRIANGLES, [1, 2, 3], "^points: must be an array of numbers"),
-        ([("a", "b"), (1, 0), (0, 1)], TRIANGLES, [1, 2, 3], "^points: must be finite coordinates"),
-        (POINTS, [(0, 1, 2), (0, 1)], [1, 2, 3], "^triangles: must be an array of numbers"),
+        ([(0, 0), (1, 0, 2), (0, 1)], TRIANGLES, [1, 2, 3], "^points: must be an array of real numbers"),
+        ([("a", "b"), (1, 0), (0, 1)], TRIANGLES, [1, 2, 3], r"^points: must be real numbers of shape \(n, 2\)"),
+        (POINTS, [(0, 1, 2), (0, 1)], [1, 2, 3], "^triangles: must be an array of whole numbers"),
         (POINTS, TRIANGLES, [1, [2, 3], 4], "^values: must be an array of numbers"),
         (POINTS, TRIANGLES, ["a", "b", "c"], "^values: must be numbers of shape"),
         (POINTS, TRIANGLES, np.ma.array([1, 2, 3], mask=[0, 1, 0]), r"^u is not a number at node 1 "),
