@@ -118,7 +118,7 @@ def _adapted(
     """Estimate the error, make the problem whose sizes follow from it, and mesh that; the report has the figures."""
     if case.metric is not None:
         with at_key("metric"):
-            raise CaseError("remove `metric` from the case: adapt --anisotropic computes its own")
+            raise CaseError(f"remove `metric` from the case: {target.called('anisotropic')} computes its own")
     seconds: dict[str, float] = {}
     with timed(seconds, "geometry"):
         domain = case_domain(case)
@@ -208,7 +208,7 @@ def _next_in_metric(
     number that is asked for cannot be had it is an error of the user's.
     """
     if case.method not in (MULTILEVEL, IN_METRIC):
-        raise CaseError(f"method: {case.method} packs no metric: leave method out with --anisotropic")
+        raise CaseError(f"method: {case.method} packs no metric: leave method out with {target.called('anisotropic')}")
     terms, points = case.spacing_terms, solution.points
     mesh = points, solution.triangles
     nodes, notes = float(target.nodes or terms.nodes or len(points)), list[str]()

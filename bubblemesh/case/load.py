@@ -306,7 +306,7 @@ def _limited(case: Case, places: _Places) -> Case:
         if key not in case.limits.model_fields_set or given is None:
             limits[key] = most
         elif given > most:
-            advice = f"lower it, or allow it by --set limits.{key}={given:g}"
+            advice = f"lower it, or allow it by --set limits.{key}={given:g}, in Python by overrides"
             raise CaseError(places.message(path, f"an untrusted case may ask for {most:g} (found {given:g}): {advice}"))
     return case.model_copy(update={"limits": case.limits.model_copy(update=limits)})
 

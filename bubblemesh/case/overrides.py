@@ -42,8 +42,12 @@ class Override:
         return [*map(str, self.path[: len(path)])] == [*map(str, path)]
 
 
-def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> list[Override]:
+def overrides_of(
+    settings: Iterable[str | Override] = (), /, *, of_command: bool = False, **options: Any
+) -> list[Override]:
     """Overrides of settings such as ``a.b=value``, followed by those of options; an option that is None is left out.
+
+    Messages name those ``of_command`` as the command line does, and else as arguments of `load_case`.
 
     Raises
     ------
@@ -64,8 +68,12 @@ def overrides_of(settings: Iterable[str | Override] = (), /, **options: Any) -> 
     unknown = options.keys() - OPTIONS.keys()
     if unknown:
         raise TypeError(f"no option of a case: {', '.join(sorted(unknown))} (there are: {', '.join(OPTIONS)})")
-    named = [Override(OPTIONS[name], value, flag(name)) for name, value in options.items() if value is not None]
-    return [*(parsed_override(one) if isinstance(one, str) else one for one in settings), *named]
+    named = [
+        Override(OPTIONS[name], value, flag(name) if of_command else name)
+        for name, value in options.items()
+        if value is not None
+    ]
+    return [*(parsed_override(one, of_command) if isinstance(one, str) else one for one in settings), *named]
 
 
 def flag(option: str) -> str:
@@ -73,16 +81,20 @@ def flag(option: str) -> str:
     return f"--{option.replace('_', '-')}"
 
 
-def parsed_override(option: str) -> Override:
-    """Override of a text ``a.b=value`` with a value in YAML; numbers are indices of lists; else CaseError."""
-    keys, equals, text = option.partition("=")
+def parsed_override(setting: str, of_command: bool = False) -> Override:
+    """Override of a text ``a.b=value`` with a value in YAML; numbers are indices of lists; else CaseError.
+
+    Messages name the option ``--set`` of a command, or the argument ``overrides``.
+    """
+    keys, equals, text = setting.partition("=")
+    before, example = ("--set ", "--set key.key=value") if of_command else ("overrides: ", "'key.key=value'")
     if not equals:
-        raise CaseError(f"--set {option}: no '=' found: write --set key.key=value")
+        raise CaseError(f"{before}{setting}: no '=' found: write {example}")
     path = tuple(key.strip() for key in keys.split("."))
     if not all(path):
-        raise CaseError(f"--set {option}: an empty key found: write --set key.key=value")
-    source = f"--set {'.'.join(path)}"
-    return Override(path, read_value(text, source), source)
+        raise CaseError(f"{before}{setting}: an empty key found: write {example}")
+    place = f"{before}{'.'.join(path)}"
+    return Override(path, read_value(text, place), place if of_command else "overrides")
 
 
 def applied(data: Any, override: Override, depth: int = 0) -> Any:

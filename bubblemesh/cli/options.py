@@ -108,7 +108,7 @@ def with_overrides(command: Command) -> Command:
 
         given = {name: arguments.pop(name) for name in CASE_OPTIONS}
         settings = given.pop("set") or ()
-        command(**arguments, overrides=overrides_of(settings, **given))
+        command(**arguments, overrides=overrides_of(settings, of_command=True, **given))
 
     own = signature(command).parameters
     parameters = [

@@ -86,7 +86,7 @@ def test_a_missing_base_is_a_file_error(folder):
 
 
 def test_the_base_is_not_an_option(folder):
-    with pytest.raises(CaseError, match="--set base"):
+    with pytest.raises(CaseError, match=r"^overrides: the base"):
         case_of(folder, BASE, overrides=["base=base.yaml"])
 
 

@@ -228,18 +228,18 @@ class TestLoading:
         [
             (
                 "domain.holes.0.circle.radius=-1",
-                "--set domain.holes.0.circle.radius: domain.holes.0.circle.radius: must be gr",
+                "overrides: domain.holes.0.circle.radius: must be gr",
             ),
-            ("domain.outer.polygon=[[1]]", "--set domain.outer.polygon: domain.outer.polygon.0: must be a point"),
-            ("limits.max_node=1", "--set limits.max_node: limits.max_node: unknown key; did you mean 'max_nodes'?"),
-            ("bogus.key=1", "--set bogus.key: bogus: unknown key; allowed: "),
-            ("spacing=hh", "--set spacing: spacing: column 1: unknown name 'hh'"),
+            ("domain.outer.polygon=[[1]]", "overrides: domain.outer.polygon.0: must be a point"),
+            ("limits.max_node=1", "overrides: limits.max_node: unknown key; did you mean 'max_nodes'?"),
+            ("bogus.key=1", "overrides: bogus: unknown key; allowed: "),
+            ("spacing=hh", "overrides: spacing: column 1: unknown name 'hh'"),
             (
                 "domain.holes.0.label.h=3",
-                "--set domain.holes.0.label.h: domain.holes.0.label is the plain value 'hole'",
+                "overrides: domain.holes.0.label is the plain value 'hole'",
             ),
-            ("spacing.h=3", "--set spacing.h: spacing.h: unknown key; "),
-            ("spacing.nodes=2", "--set spacing.nodes: spacing.nodes: must be at least 3 (found 2)"),
+            ("spacing.h=3", "overrides: spacing.h: unknown key; "),
+            ("spacing.nodes=2", "overrides: spacing.nodes: must be at least 3 (found 2)"),
         ],
     )
     def test_problem_of_an_override_names_the_option(self, option, message):
@@ -266,7 +266,7 @@ class TestLoading:
         zzz = message_of(SQUARE + "packing: {zzz: 1}\n", method="bpm")
         assert zzz.startswith("folder/plate.yaml:8: packing.zzz: ")
         both = message_of(SQUARE, method="multilevel", overrides=["packing.w2=0.7"])
-        assert both.startswith("--set packing.w2: packing.w2: the method 'multilevel' does not use this key")
+        assert both.startswith("overrides: packing.w2: the method 'multilevel' does not use this key")
 
     def test_a_copy_with_another_method_is_configured_anew(self):
         case = case_of(SQUARE)
@@ -276,10 +276,10 @@ class TestLoading:
     def test_unknown_method_and_option(self):
         name = next(iter(METHODS))
         assert message_of(SQUARE + "method: " + name + "x\n").startswith("folder/plate.yaml:8: method: ")
-        assert message_of(SQUARE, method="zzz").startswith("--method: method: ")
+        assert message_of(SQUARE, method="zzz").startswith("method: method: ")
         assert message_of(SQUARE + "packing: {zzz: 1}\n").startswith("folder/plate.yaml:8: packing.zzz: ")
         assert message_of(SQUARE + "schedule:\n  zzz: 1\n").startswith("folder/plate.yaml:9: schedule.zzz: ")
-        assert message_of(SQUARE, overrides=["packing.zzz=1"]).startswith("--set packing.zzz: packing.zzz: ")
+        assert message_of(SQUARE, overrides=["packing.zzz=1"]).startswith("overrides: packing.zzz: ")
 
 
 class TestRings:

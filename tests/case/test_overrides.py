@@ -30,7 +30,7 @@ class TestOverrides:
     @pytest.mark.parametrize(
         ("option", "message"),
         [
-            ("a.b", r"--set a.b: no '='"),
+            ("a.b", r"--set a.b: no '=' found: write --set key.key=value"),
             ("a..b=1", r"--set a..b=1: an empty key"),
             ("=1", r"an empty key"),
             ("a.b.2=1", r"--set a.b.2: a.b has no entry 2 \(entries: 0 to 1\)"),
@@ -44,4 +44,16 @@ class TestOverrides:
     )
     def test_error_names_the_option(self, option, message):
         with pytest.raises(CaseError, match=message):
-            applied(DATA, parsed_override(option))
+            applied(DATA, parsed_override(option, of_command=True))
+
+    @pytest.mark.parametrize(
+        ("setting", "message"),
+        [
+            ("a.b", r"^overrides: a.b: no '=' found: write 'key.key=value'"),
+            ("a.b.2=1", r"^overrides: a.b has no entry 2 "),
+            ("d=[1", "^overrides: d: not valid YAML"),
+        ],
+    )
+    def test_error_names_the_argument(self, setting, message):
+        with pytest.raises(CaseError, match=message):
+            applied(DATA, parsed_override(setting))

@@ -176,7 +176,7 @@ def test_an_option_for_a_parameter_that_no_key_uses_is_warned_of(case):
     path.write_text(path.read_text().replace("sweep: \n", ""))
     assert load_case(path, overrides=["parameters.h=0.3"]).warnings == load_case(path).warnings
     (told,) = set(load_case(path, overrides=["parameters.hh=0.3"]).warnings) - set(load_case(path).warnings)
-    assert told == "--set parameters.hh: no key uses a parameter 'hh': did you mean 'h'?"
+    assert told == "overrides: no key uses a parameter 'hh': did you mean 'h'?"
 
 
 def test_a_wrong_value_is_told_with_the_line_of_its_key(case):

@@ -59,7 +59,7 @@ def test_both_tables_have_the_same_rows():
 
 def test_options_stand_over_settings_in_either_form():
     given = [Override(("method",), "fnpbs", "a table"), "packing.seed=3"]
-    found = overrides_of(given, seed=4, method=None)
+    found = overrides_of(given, of_command=True, seed=4, method=None)
     assert [(one.path, one.value, one.source) for one in found] == [
         (("method",), "fnpbs", "a table"),
         (("packing", "seed"), 3, "--set packing.seed"),
@@ -71,7 +71,7 @@ def test_options_stand_over_settings_in_either_form():
 
 def test_python_knows_the_same_options_and_no_other():
     assert load_case("case.yaml", text=CASE, time_limit=5).limits.seconds == 5
-    with pytest.raises(CaseError, match=r"--time-limit: limits\.seconds: "):
+    with pytest.raises(CaseError, match=r"^time_limit: limits\.seconds: "):
         load_case("case.yaml", text=CASE, time_limit=-5)
     with pytest.raises(CaseError, match=r"overrides: must be a list of texts, as in \['spacing=1'\]"):
         load_case("case.yaml", text=CASE, overrides="spacing=1")
