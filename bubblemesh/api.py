@@ -130,6 +130,8 @@ def _problem(drawing: ProgramRings, spacing: SpacingLike, options: MeshOptions) 
     request = with_areas_below(spacing_of(spacing, domain, values_of(metrics)), domain, options.largest, {})
     request = with_metrics(request, metrics, domain, None)
     if options.nodes is not None:
+        if request.nodes is not None:
+            raise CaseError("nodes: is given twice, also as spacing['nodes']: drop one of them")
         request = replace(request, nodes=int(options.nodes))
     return prepare_in(domain, request, task, {}, Key(["nodes"]))
 

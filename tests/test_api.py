@@ -235,7 +235,8 @@ def test_vertices_that_take_many_nodes_warn_and_corners_makes_a_curve_of_them():
         ({"method": ["bpm"]}, r"^mesh\(\): method: must be the name of one"),
         ({"labels": {"a"}}, r"^mesh\(\): labels: must be a list of names"),
         ({"seed": 1, "packing": {"seed": 2}}, r"^mesh\(\): seed: is given twice"),
-        ({"packing": 3}, "packing: must be a mapping"),
+        ({"packing": 3}, r"packing: must be a mapping such as \{'seed': 3\} \(found int\)"),
+        ({"schedule": 4}, r"^mesh\(\): schedule: must be a mapping such as \{'rounds': 3\} \(found int\)"),
         ({"packing": {1: 1}}, r"packing: must have names as its keys \(found 1\)"),
         ({"schedule": {None: 1}}, r"schedule: must have names as its keys \(found None\)"),
         ({"layers": 3}, r"^mesh\(\): layers: "),
@@ -255,6 +256,11 @@ def test_vertices_that_take_many_nodes_warn_and_corners_makes_a_curve_of_them():
 def test_an_argument_that_is_none(arguments, text):
     with pytest.raises(CaseError, match=text):
         bubblemesh.mesh(PLATE, 0.3, **arguments)
+
+
+def test_a_number_of_nodes_is_given_once():
+    with pytest.raises(CaseError, match=r"^mesh\(\): nodes: is given twice, also as spacing\['nodes'\]: drop one"):
+        bubblemesh.mesh(PLATE, {"value": 0.3, "nodes": 60}, nodes=50)
 
 
 def test_numbers_and_arrays_may_be_those_of_numpy():
@@ -500,6 +506,7 @@ def test_a_case_is_loaded_first():
 
 
 SOLUTION = bubblemesh.Solution.of([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], [0, 1, 2])
+FLAT = bubblemesh.Mesh([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], [[0, 1], [1, 2], [2, 0]], [0, 0, 0], ["rim"])
 
 
 @pytest.mark.parametrize(
@@ -510,6 +517,15 @@ SOLUTION = bubblemesh.Solution.of([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], [0, 1, 
         (lambda: bubblemesh.load_case("-", text="", overrides={"spacing": 0.1}), r"overrides: .* list of .*found dict"),
         (lambda: bubblemesh.load_case("-", text="", overrides=3), r"overrides: must be a list of texts.*found int"),
         (lambda: bubblemesh.load_case("-", text="", overrides=[3]), r"overrides: must be texts, .*found 3"),
+        (
+            lambda: bubblemesh.load_case("-", text="", overrides=["a"]),
+            r"^overrides: a: no '=' .*: write 'key.key=value'",
+        ),
+        (lambda: bubblemesh.load_case({"spacing": 1}), r"^path: must be a text or a Path \(found dict\)"),
+        (lambda: bubblemesh.Mesh.read(None), r"^path: must be a text or a Path \(found NoneType\)"),
+        (lambda: FLAT.write(b"x.msh"), r"^path: must be a text or a Path \(found bytes\)"),
+        (lambda: FLAT.plot(3), r"^path: must be a text or a Path \(found int\)"),
+        (lambda: FLAT.plot(ax=3), r"^ax: must be axes of a matplotlib figure \(found int\)"),
         (lambda: bubblemesh.Domain.of(PLATE), r"Domain.of: takes rings.*found Polygon"),
         (lambda: bubblemesh.Domain.of(rings.circle((0, 0), 1), [PLATE]), r"Domain.of: takes rings.*found Polygon"),
     ],

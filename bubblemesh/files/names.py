@@ -19,9 +19,12 @@ def bytes_of_name(name: str) -> int:
 def with_home(path: os.PathLike[str] | str) -> str:
     """A path as a text, with the user's home folder in place of ``~`` at its start, as shells have it.
 
-    That of another user stands for ``~name``; where there is no such user, the path is as it was.
+    That of another user stands for ``~name``; where there is no such user, the path is as it was. CaseError for what is
+    no path.
     """
-    text = os.fspath(path)
+    text = os.fspath(path) if isinstance(path, str | os.PathLike) else path
+    if not isinstance(text, str):
+        raise CaseError(f"path: must be a text or a Path (found {type(path).__name__})")
     if not text.startswith("~"):
         return text
     try:

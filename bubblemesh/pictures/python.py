@@ -27,6 +27,8 @@ def plotted(
 ) -> Figure | SubFigure:
     """Figure of a mesh, drawn into axes if there are any, else written to a path if there is one; see `Mesh.plot`."""
     shown, data = plot_options(options), data_of(mesh, fields)
+    if not isinstance(ax, Axes | None):
+        raise CaseError(f"ax: must be axes of a matplotlib figure (found {type(ax).__name__})")
     if ax is None:
         return mesh_figure(mesh, shown, data) if path is None else draw_mesh(mesh, Path(with_home(path)), shown, data)
     if path is not None:

@@ -86,9 +86,9 @@ class MeshOptions:
             raise CaseError(f"angle_min: must be from 0 to 30 degrees (found {self.angle_min!r})")
         if self.largest is not None and not (is_real(self.largest) and 0 < self.largest < np.inf):
             raise CaseError(f"largest: must be an area greater than 0 (found {self.largest!r})")
-        for name, given in (("packing", self.packing), ("schedule", self.schedule)):
+        for name, given, usual in (("packing", self.packing, "seed"), ("schedule", self.schedule, "rounds")):
             if given is not None and not isinstance(given, Mapping):
-                raise CaseError(f"{name}: must be a mapping such as {{'seed': 3}} (found {type(given).__name__})")
+                raise CaseError(f"{name}: must be a mapping such as {{{usual!r}: 3}} (found {type(given).__name__})")
             for key in given or ():
                 if not isinstance(key, str):
                     raise CaseError(f"{name}: must have names as its keys (found {key!r})")
