@@ -117,7 +117,7 @@ def plan_cases(files: Iterable[str], options: BatchOptions) -> list[Entry]:
             entries.append(Entry(len(entries) + 1, _row(source).ended_by(error)))
         else:
             entries += planned(source, variants, options, len(entries) + 1)
-    _require_usable(entries)
+    _require_usable(entries, options)
     _require_apart(entries, sources)
     return entries
 
@@ -156,11 +156,12 @@ def _seen_from(root: Path, folder: Path) -> str:
         return str(folder.absolute())
 
 
-def _require_usable(entries: Sequence[Entry]) -> None:
+def _require_usable(entries: Sequence[Entry], options: BatchOptions) -> None:
     """Check that no option is wrong for all cases: their results of an earlier batch must not count as failed then."""
     errors = {entry.row.error for entry in entries}
+    names = tuple(f"{override.source}:" for override in options.overrides)
     for error in errors:
-        if len(errors) == 1 and error is not None and error.startswith("--"):
+        if len(errors) == 1 and error is not None and error.startswith(names):
             raise CaseError(error)
 
 

@@ -96,11 +96,13 @@ def test_a_batch_that_ends_has_the_rows_of_its_own_cases_alone(done):
     assert [row["case"] for row in table_in(Path("out"))] == ["plain"]
 
 
+@pytest.mark.parametrize("of_command", [True, False])
 @pytest.mark.parametrize("option", [{"method": "nope"}, {"seed": -1}])
-def test_an_option_that_is_wrong_for_all_cases_is_refused_before_anything_is_written(option, done):
+def test_an_option_that_is_wrong_for_all_cases_is_refused_before_anything_is_written(option, of_command, done):
     before = Path("out/summary.jsonl").read_bytes()
-    with pytest.raises(CaseError, match=r"^--"):
-        rows_of("cases", folder="out", overrides=overrides_of(**option))
+    (name,) = option
+    with pytest.raises(CaseError, match=f"^{'--' if of_command else ''}{name}: "):
+        rows_of("cases", folder="out", overrides=overrides_of(**option, of_command=of_command))
     assert Path("out/summary.jsonl").read_bytes() == before
 
 
