@@ -32,6 +32,7 @@ VARIANTS: Mapping[str, list[str]] = {
     "one level only": ["packing.levels=single"],
     "no mending": ["packing.mending=none"],
     "smoothing without weight on spacing": ["packing.spacing_weight=0"],
+    "triangles at defects counted once": ["packing.defect_weight=1"],
     "no smoothing, no mending": ["packing.polish=none", "packing.mending=none"],
     "neighbours by distance": ["packing.relaxation=nearby"],
     "initial error diffusion": ["packing.placement=diffusion"],
