@@ -52,7 +52,7 @@ def test_the_blocks_of_the_page_run_one_after_the_other(tmp_path):
     assert "spacing: is -1 at (0, 0): it has to be positive" in run.stdout
     assert {path.name for path in tmp_path.iterdir()} == {
         *("disc.msh", "disc.report.json", "disc.nodes.npz", "disc.vtu", "disc.png", "square.yaml", "slanted.yaml"),
-        *("disc.pvtu", "disc_0.vtu", "disc_1.vtu", "disc_2.vtu", "disc_3.vtu"),
+        *("disc.pvtu", "disc_0.vtu", "disc_1.vtu", "disc_2.vtu", "disc_3.vtu", "own.msh"),
     }
 
 

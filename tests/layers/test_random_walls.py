@@ -33,6 +33,8 @@ def first_heights(strips):
             continue
         (ax, ay), (bx, by) = columns.at[ends].tolist()
         length = np.hypot(bx - ax, by - ay)
+        if length == 0:  # one column stands on both nodes of a short edge
+            continue
         requested = [columns.ladders[k].first for k in columns.ladder[ends]]
         above = [
             ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / length for x, y in strips.x[strips.first[ends]].tolist()
