@@ -45,7 +45,7 @@ class ErrorDiffusion(Placement):
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         shell = boundary_bubbles(domain, spacing)
         x = diffused_points(domain, spacing, shell, self.leaf)
-        require_at_most(max_nodes, len(shell) + len(x))
+        require_at_most(max_nodes, len(shell) + len(x), spacing)
         return shell.append(x, spacing(x))
 
 
