@@ -48,7 +48,9 @@ class NoMending:
 
     attempts: ClassVar[int] = 0
 
-    def __call__(self, net: Net, *given: object) -> Net:
+    def __call__(
+        self, net: Net, domain: Domain, spacing: Spacing, smoothing: AnySmoothing, random: np.random.Generator
+    ) -> Net:
         """The net as it is."""
         return net
 

@@ -52,7 +52,14 @@ class EllipseRelaxation:
 class NoEllipseAnnealing(NoCycles):
     """No annealing."""
 
-    def __call__(self, *given: object) -> Annealed:
+    def __call__(
+        self,
+        ellipses: EllipseNet,
+        spacing: MetricSpacing,
+        relaxation: EllipseRelaxation,
+        relaxing: Relaxing,
+        random: np.random.Generator,
+    ) -> Annealed:
         """Nothing: there are no cycles."""
         return iter(())
 

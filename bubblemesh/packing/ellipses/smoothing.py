@@ -38,7 +38,7 @@ class NoEllipseSmoothing:
     shape_steps: ClassVar[int] = 0
     spacing_weight: ClassVar[float] = 0.0
 
-    def __call__(self, ellipses: EllipseNet, *given: object) -> EllipseNet:
+    def __call__(self, ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, free: float = 1.0) -> EllipseNet:
         """The ellipses as they are."""
         return ellipses
 
