@@ -31,13 +31,7 @@ STAGES = {
     "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
 }
 GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, that a late packing has to end by itself
-BEFORE_PACKING = (
-    "reading",
-    "geometry",
-    "estimate",
-    "spacing",
-    "layers",
-)  # stages after which there is no mesh to end with
+BEFORE_PACKING = "reading", "geometry", "estimate", "spacing", "layers"  # there is no mesh yet to end with
 SHORT_GRACE, SHORT_GRACE_SHARE = 0.1, 0.01  # the same for these stages, whose single calls may be long
 AGAIN = 1.0  # seconds until `Late` is raised once more, as a library may have swallowed it
 IMPORT_POLL = 0.02  # seconds after which to look again whether an import is over
