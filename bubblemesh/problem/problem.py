@@ -87,7 +87,7 @@ class Problem:
     after_rules: LimitedSpacing
     after_periodic: LimitedSpacing  # the spacing after its rules, and after the counterparts of periodic sides
     warnings: tuple[str, ...]
-    seconds: dict[str, float]  # by stage
+    seconds: Mapping[str, float]  # that it took to make it, by stage
     rest: "Rest | None" = None  # of the domain beside boundary layers, if there are any
     node_target: "NodeTarget | None" = None  # if the spacing was scaled for a number of nodes
 

@@ -18,7 +18,7 @@ from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
-from bubblemesh.process.limits import time_left, timed
+from bubblemesh.process.limits import Stopwatch, time_left
 from bubblemesh.process.resources import peak_memory_mb
 from bubblemesh.records import record
 from bubblemesh.run.completion import Completed, completed
@@ -125,16 +125,17 @@ def _run(problem: Problem, options: RunOptions, adaptation: Mapping[str, Any] | 
     # 1. Pack, again and again if a number of nodes is asked for.
     packings = _packings(problem, options)
     best = _best(packings)
-    problem, seconds = best.problem, dict(best.seconds)
+    problem, stopwatch = best.problem, Stopwatch(best.seconds)
     # 2. Make the mesh, measure it, and give it what its files hold beside nodes and triangles.
-    with timed(seconds, "quality"):
+    with stopwatch.stage("quality"):
         found = measured(best.packed, problem)
         done = completed(found, problem)
     # 3. Divide it for a parallel solver.
     if problem.task.partition is not None:
-        with timed(seconds, "partition"):
+        with stopwatch.stage("partition"):
             done = done.divided(problem.task.partition)
     # 4. Report, and say whether it is what the case requires.
+    seconds = stopwatch.seconds
     if problem.node_target is not None:
         seconds["other_attempts"] = perf_counter() - begun - sum(seconds.values())
     seconds["total"] = sum(seconds.values())

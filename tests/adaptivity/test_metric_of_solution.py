@@ -28,6 +28,7 @@ from bubblemesh.problem.layers import ladders_of, left_out
 from bubblemesh.problem.prepare import prepare_for
 from bubblemesh.problem.spacing import case_spacing
 from bubblemesh.problem.task import task_of
+from bubblemesh.process.limits import Stopwatch
 
 CASE = "name: a\ndomain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.06\n"
 
@@ -202,8 +203,8 @@ def test_a_spacing_of_a_solution_leaves_out_layers_for_which_it_is_too_fine():
     domain = case_domain(case)
     request, task = case_spacing(case, domain), task_of(case, domain)
     with pytest.raises(HighLayerError, match=r"layers\.0: the first layer, 0\.3 high, is higher .* across these walls"):
-        prepare_for(case, domain, request, task, {})
-    problem = prepare_for(case, domain, request, replace(task, adapted=True), {})
+        prepare_for(case, domain, request, task, Stopwatch())
+    problem = prepare_for(case, domain, request, replace(task, adapted=True), Stopwatch())
     assert problem.rest is None
     assert any("less than the first layer, 0.3: these layers are left out" in text for text in problem.warnings)
 
