@@ -261,10 +261,10 @@ def nodes_of_layers(nodes: int, own: float, scale: float) -> list[str]:
     ]
 
 
-def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, refined: bool = False) -> list[str]:
+def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, packed_finer: bool = False) -> list[str]:
     """Warnings of a poor mesh; without an ideal number of nodes their number is not judged.
 
-    Where the packing was ``refined`` beyond the spacing more nodes than the ideal number are no fault.
+    Where the spacing of the packing is finer than the one asked for more nodes than the ideal number are no fault.
     """
     warnings = []
     worst = figures["quality"]["worst"][0]
@@ -272,7 +272,7 @@ def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, refine
         warnings.append(f"the worst triangle, at {place(worst['at'])}, has a quality of {worst['quality']:.3f} only")
     if ideal_nodes is not None and max(figures["nodes"], ideal_nodes) > FEW_NODES:
         ratio = figures["nodes"] / ideal_nodes
-        if ratio < FEWEST or (ratio > MOST and not refined):
+        if ratio < FEWEST or (ratio > MOST and not packed_finer):
             warnings.append(f"the mesh has {ratio:.2f} times the {ideal_nodes:.0f} nodes that the spacing asks for")
     if figures["boundary_nodes"] == figures["nodes"]:
         warnings.append("all nodes are on the boundary: the spacing is too large for a node inside")

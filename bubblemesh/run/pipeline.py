@@ -226,7 +226,7 @@ def _report_warnings(best: PackedProblem, found: Measured, done: Completed, *, a
     return (
         *problem.warnings,
         *(() if best.cut_short is None else (best.cut_short.warning,)),
-        *warnings.poor_result(found.figures, as_many, refined=problem.refined),
+        *warnings.poor_result(found.figures, as_many, packed_finer=problem.packed_finer),
         *warnings.jumps_at_layers(found.layers),
         *unsteady_ellipses(found.metric, adapted=adapted),
         *(() if target is None else warnings.missed_node_target(target, best.nodes)),

@@ -177,7 +177,7 @@ def test_poor_triangle_is_named():
 def test_node_count_is_compared_with_the_ideal_one(nodes, warned):
     assert bool(poor_result(figures(nodes, boundary=80), 1000.0)) == warned
     assert poor_result(figures(nodes, boundary=80), None) == []
-    assert bool(poor_result(figures(nodes, boundary=80), 1000.0, refined=True)) == (nodes < 900)
+    assert bool(poor_result(figures(nodes, boundary=80), 1000.0, packed_finer=True)) == (nodes < 900)
 
 
 def test_mesh_without_inner_nodes_is_mentioned():
