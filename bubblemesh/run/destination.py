@@ -34,7 +34,6 @@ PARTITIONED = ", ".join(name for name, form in FORMATS.items() if form.partition
 SLICED = ", ".join(name for name, form in FORMATS.items() if form.slices)
 LARGE = 1_000_000  # nodes
 SAMPLE = 20_000  # triangles on the page of a mesh in slices
-NO_FIELDS: Fields = {}
 
 
 @record
@@ -73,8 +72,7 @@ class Destination:
         """
         tables = history_tables(result.report["rounds"], result.speeds) if self.history else {}
         page = partial(_page, result) if self.page else None
-        fields = result.fields if isinstance(result, Result) else NO_FIELDS
-        return self.write(result.mesh, fields, result.report, tables, page)
+        return self.write(result.mesh, result.fields, result.report, tables, page)
 
     def write(
         self,

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 from bubblemesh import __version__
 from bubblemesh.arrays import Floats
@@ -66,6 +67,8 @@ class Result:
 @record(eq=False)
 class SlicedResult:
     """Mesh of a problem that was packed in parts, which stays where they are kept; else as `Result`."""
+
+    fields: ClassVar[Mapping[str, Floats]] = MappingProxyType({})  # those of the triangles stay in the slices
 
     problem: Problem
     mesh: SlicedMesh
