@@ -122,7 +122,7 @@ class Mending(MendingAttempts):
         self, net: Net, patches: Patches, domain: Domain, smoothing: AnySmoothing, random: np.random.Generator
     ) -> Net:
         """The net after one attempt at each of its patches."""
-        trial = reconnect(net, self._displaced(net.bubbles, patches.displaced, domain, random))
+        trial = reconnect(net, self._displaced(net.bubbles, patches, domain, random))
         for _ in range(PASSES):
             trial = reconnect(trial, smoothing.moved(trial, domain, patches.moving >= 0))
         better = badness(trial, patches) < badness(net, patches)
@@ -134,10 +134,16 @@ class Mending(MendingAttempts):
         x = np.where(keep[:, None], new.x, old.x)
         return reconnect(net, old.moved(x, s=np.where(keep[old.sliding], new.s, old.s)))
 
-    def _displaced(self, bubbles: Bubbles, which: Booleans, domain: Domain, random: np.random.Generator) -> Bubbles:
-        """The bubbles with those marked (n,) displaced; on the boundary they slide."""
-        which = which.copy()
-        which[bubbles.sliding] &= ~domain.tied[bubbles.piece]
+    def _displaced(self, bubbles: Bubbles, patches: Patches, domain: Domain, random: np.random.Generator) -> Bubbles:
+        """The bubbles with those of patches displaced; on the boundary they slide.
+
+        They do not beside bubbles that are held, as those of cuts: what is poor there is for these to mend.
+        """
+        held, beside = np.zeros(len(bubbles), bool), np.zeros(patches.number + 1, bool)
+        held[bubbles.sliding] = domain.tied[bubbles.piece]
+        beside[patches.moving[held]] = True  # nodes of no patch mark the last entry
+        which = patches.displaced.copy()
+        which[bubbles.sliding] &= ~beside[patches.moving[bubbles.sliding]]
         x = displaced(bubbles, which, self.mend_amplitude, random).x
         sliding = Sliding(domain.boundary, bubbles)
         sliding.follow(x)
