@@ -239,10 +239,9 @@ def _beside_layers(
     from bubblemesh.problem.layers import with_layers
 
     enter("layers")
-    task, domain = problem.task, problem.domain
+    task = problem.task
     with stopwatch.stage("layers"):
-        spacings = problem.spacing, problem.packing_spacing, problem.after_periodic
-        rest, packing, short = with_layers(domain, *spacings, fitted.ground, task.ladders, task.max_nodes)
+        rest, packing, short = with_layers(problem, fitted.ground)
         if metric is not None:
             packing = metric.packing(rest.domain, fitted.spacing, task.max_nodes, (packing, short))
         expected = rest.own_nodes + ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE)
