@@ -143,7 +143,6 @@ def _page(result: Result | SlicedResult, report: Mapping[str, Any]) -> str:
         return report_page(result.mesh, result.fields, report, result.speeds, now)
     from bubblemesh.run.assembly import previewed
 
-    extremes = result.problem.packing_extremes
-    overview = Overview(*previewed(result.problem), (extremes[:2], extremes[2:]))
+    overview = Overview(*previewed(result.problem), result.problem.packing_extremes.both)
     sample, fields = result.mesh.sample(SAMPLE, "quality")
     return report_page(sample, fields, report, result.speeds, now, overview)

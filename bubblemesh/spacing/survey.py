@@ -31,6 +31,9 @@ HALVINGS = 60  # of the reach of a search, at the most
 RESOLVED = 1e-9  # reach, in terms of the spacing found, at which a search ends
 
 
+Extreme = tuple[float, tuple[float, float]]  # a spacing, with its place
+
+
 class Extremes(NamedTuple):
     """Least and largest spacing with their places (x, y)."""
 
@@ -38,6 +41,11 @@ class Extremes(NamedTuple):
     minimum_at: tuple[float, float]
     maximum: float
     maximum_at: tuple[float, float]
+
+    @property
+    def both(self) -> tuple[Extreme, Extreme]:
+        """The least and the largest one."""
+        return (self.minimum, self.minimum_at), (self.maximum, self.maximum_at)
 
 
 @record
