@@ -135,9 +135,11 @@ class SeamStrips:
 def _together(sizes: Integers) -> Integers:
     """Number (k,) of the group of each of some strips, by the numbers of their triangles (k,).
 
-    Groups have about as many triangles as each other, and as `TOGETHER` says if there are strips enough.
+    Large strips are alone; groups of others have about as many triangles as `TOGETHER` says, if there are so many.
     """
-    group, found = np.zeros(len(sizes), np.int64), [0] * max(round(sizes.sum() / TOGETHER), 1)
+    large = sizes >= TOGETHER
+    count = int(large.sum()) + round(sizes[~large].sum() / TOGETHER)
+    group, found = np.zeros(len(sizes), np.int64), [0] * max(count, 1)
     for strip in np.argsort(-sizes, kind="stable").tolist():
         group[strip] = smallest = found.index(min(found))
         found[smallest] += int(sizes[strip])

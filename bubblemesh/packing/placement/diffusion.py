@@ -108,7 +108,7 @@ def equidistributed(domain: Domain, spacing: Spacing, halved: Booleans | None = 
     boundary = domain.boundary
     piece, begin, length = short_intervals(domain, spacing)
     weight = length / 2 * sum(1 / finer_of_both_sides(domain, spacing, piece, begin + t * length) for t in GAUSS)
-    total: Floats = np.bincount(piece, weight, minlength=len(boundary.lengths))
+    total = np.asarray(np.bincount(piece, weight, minlength=len(boundary.lengths)), np.float64)
     fewest = np.where(boundary.closed, FEWEST_ON_A_CLOSED_CURVE, 1)
     unit = np.ones(len(total), np.int64) if halved is None else np.where(halved, _halvable(total), 1)
     intervals = np.maximum(np.rint(total / unit).astype(np.int64) * unit, fewest)
