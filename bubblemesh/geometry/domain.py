@@ -319,6 +319,8 @@ class Domain(Uncached):
         """Mask (m,) of the points (m, 2) inside, or outside but nearer than ``distance`` (m,)."""
         reached = self.contains(points)
         outside = np.flatnonzero(~reached)
+        if len(outside) == 0:
+            return reached
         away, belly = self._projection.distances_beside_chords(taken(points, outside))
         reached[outside] = away < distance[outside]
         # Points between a curve and its chord may be inside after all.

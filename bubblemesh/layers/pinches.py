@@ -30,6 +30,8 @@ def fillet_radii(boundary: Boundary) -> Floats:
     """Mean radii (p,) of the pieces of a boundary that are curves and turn as fillets do; infinite for all others."""
     curved = np.flatnonzero(boundary.approximated & ~boundary.closed)
     length, radii = boundary.lengths[curved], np.full(len(boundary.lengths), np.inf)
+    if len(curved) == 0:
+        return radii
     turn = np.abs(turning(boundary.tangents(curved, np.zeros(len(curved))), boundary.tangents(curved, length)))
     fillet = (turn > 0) & (turn <= LARGEST_TURN)
     radii[curved[fillet]] = length[fillet] / turn[fillet]
