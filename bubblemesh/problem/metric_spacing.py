@@ -106,7 +106,7 @@ def _with_fewer_nodes(straight: MetricSpacing, bent: MetricSpacing, domain: Doma
 
     Sizes grow by 5 % at most: a metric that is impossible in most of the domain takes more nodes.
     """
-    cover = Cover.of(domain)
+    cover = Cover(domain)
     nodes, fewer = (ideal_nodes(domain, spacing, max_nodes, ESTIMATE, cover) for spacing in (straight, bent))
     scale = min((nodes / fewer) ** 0.25, LARGER)
     return straight if scale <= 1 else MetricSpacing.of(Scaled(straight.ellipses, scale), straight.aspect, bent)
@@ -129,7 +129,7 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
 
     # Tensors are interpolated between the nodes, and for that these need not be in order.
     method = replace(ELLIPSES, annealing=NoEllipseAnnealing(), smoothing=NoEllipseSmoothing())
-    result, cover = spacing, Cover.of(domain)
+    result, cover = spacing, Cover(domain)
     for _ in range(GRADINGS):
         ideal_nodes(domain, result, max_nodes, ESTIMATE, cover)  # so that too many are told before they are packed
         levels, start = method.started(domain, result, 0, max_nodes)
