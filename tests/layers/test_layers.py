@@ -15,7 +15,7 @@ from bubblemesh.console.report import show_quality
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import NOTHING_HELD
 from bubblemesh.layers.figures import layer_figures
-from bubblemesh.layers.heights import reached
+from bubblemesh.layers.heights import AT_ONCE, reached
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quads import corner_angles, quadrilaterals
 from bubblemesh.meshes.quality import Measures
@@ -528,6 +528,20 @@ def test_a_slot_has_layers_also_where_the_spacing_is_defined_in_the_domain_only(
     slot = {"outer": {"rectangle": [0, 0, 4, 0.02], "labels": SIDES}}
     layers = {"on": ["bottom", "top"], "first": 0.05, "count": 2}
     assert row_of(run(slot, layers, spacing="0.1 + 0*sqrt(y*(0.02 - y))"), "bottom")["count"]["least"] > 0
+
+
+def test_the_spacing_is_asked_for_several_layers_at_once(monkeypatch):
+    asked = []
+    one = Spacing.anywhere_towards
+
+    def counted(spacing, points, directions):
+        asked.append(len(points))
+        return one(spacing, points, directions)
+
+    monkeypatch.setattr(Spacing, "anywhere_towards", counted)
+    most = prepared(AROUND, {"on": "disc", "first": 1e-4, "growth": 1.2, "count": 30}, spacing=0.1).rest.strips.heights
+    assert (most.count == 30).all()
+    assert len(asked) == -(-30 // AT_ONCE)
 
 
 def test_a_thickness_is_reached_with_a_growth_near_the_given_one():
