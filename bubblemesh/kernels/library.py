@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 28  # of the library's functions, as in source/library.c
+VERSION = 29  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
@@ -31,6 +31,7 @@ SIGNATURES = {
         "weight:d momentum:d step:d tangents:D steps:i x:D"
     ),
     "enclose": "n:i t:i cells:U m:i walls:I triangles:I counts:I",
+    "first_groups": "n:i t:i triangles:I chosen:B groups:I",
     "guarded_move": "n:i t:i triangles:I x:D move:D keep:d share:D",
     "hilbert_index": "n:i cells:I bits:i index:I",
     "interpolate": (
@@ -43,6 +44,10 @@ SIGNATURES = {
     "metric_anneal": (
         "n:i t:i triangles:I f:i facets:I x:D m:D roots:D fixed:i calm:B cycles:i inside:D beside:D seed:i first:i "
         "steps:i dt:d c:d cutoff:d most:d keep:d shortest:d passes:i sure:d flattest:d edges:I count:I"
+    ),
+    "metric_costs": (
+        "n:i t:i triangles:I x:D inside:D inside_roots:D inside_slopes:D own:D own_roots:D own_slopes:D weight:d "
+        "slack:d bend:d trust:d costs:D"
     ),
     "metric_flips": "n:i t:i triangles:I x:D m:D f:i facets:I passes:i sure:d flattest:d edges:I count:I",
     "metric_relax": (

@@ -11,9 +11,10 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.ellipse_motion import moved
 from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, costs_in
+from bubblemesh.kernels.library import library
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.kernels.tensors import mapped, roots, unmapped
-from bubblemesh.meshes.edges import SideTable, edge_keys
+from bubblemesh.meshes.edges import SideTable, edge_keys, unique_edges
 from bubblemesh.meshes.tensors import area_sizes
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.ellipses.net import EllipseNet
@@ -63,7 +64,7 @@ class EllipseSmoothing(SmoothingPasses):
         axes[bubbles.sliding] = _along(Sliding(domain.boundary, bubbles).tangents, own.roots[bubbles.sliding])
         for held in (domain.tied[bubbles.piece], np.ones(len(bubbles.piece), bool)):
             moving[bubbles.sliding] = ~held
-            there = smoothed_places(bubbles.x, triangles, net.edges, moving, inside, own, axes, self, free)
+            there = smoothed_places(bubbles.x, triangles, moving, inside, own, axes, self, free)
             sliding, x = Sliding(domain.boundary, bubbles), there.copy()
             sliding.follow(x)
             tensors = spacing.at(x)
@@ -96,7 +97,6 @@ def metrics_around(x: Floats, triangles: Integers, spacing: MetricSpacing) -> tu
 def smoothed_places(
     x: Floats,
     triangles: Integers,
-    edges: Integers,
     moving: Booleans,
     inside: Metrics,
     own: Metrics,
@@ -108,7 +108,8 @@ def smoothed_places(
 
     The metrics are those `metrics_around` the nodes; lengths of edges from 1 / free to ``free`` are as good as any.
     """
-    newton = Newton(triangles, inside, own, axes, _groups(moving, edges), side_weight(smoothing), free)
+    groups = independent_groups(moving, triangles)
+    newton = Newton(triangles, inside, own, axes, groups, side_weight(smoothing), free)
     return newton.moved(x, smoothing.shape_steps)
 
 
@@ -148,13 +149,26 @@ def _split(metrics: Metrics, count: int) -> tuple[Metrics, Metrics]:
     return Metrics(*(part[:count] for part in metrics)), Metrics(*(part[count:] for part in metrics))
 
 
-def _groups(free: Booleans, edges: Integers) -> list[Integers]:
-    """Groups (k,) of the free nodes (n,), no two of which are neighbours."""
-    left, rank, groups = free, np.arange(len(free)), list[Integers]()
+def independent_groups(chosen: Booleans, triangles: Integers) -> list[Integers]:
+    """Groups (k,) of the chosen nodes (n,) of triangles (t, 3), no two of which are neighbours.
+
+    Each node, in the order of their numbers, is in the first group in which none of its neighbours is.
+    """
+    compiled = library()
+    if compiled is None:
+        return independent_groups_in_numpy(chosen, triangles)
+    groups = np.empty(len(chosen), np.int64)
+    compiled.call("first_groups", n=len(chosen), t=len(triangles), triangles=triangles, chosen=chosen, groups=groups)
+    return [np.flatnonzero(groups == number) for number in range(groups.max(initial=-1) + 1)]
+
+
+def independent_groups_in_numpy(chosen: Booleans, triangles: Integers) -> list[Integers]:
+    """The same as `independent_groups`, in NumPy."""
+    left, rank, edges, groups = chosen, np.arange(len(chosen)), unique_edges(triangles)[0], list[Integers]()
     while left.any():
-        chosen = maximal_independent_set(left, edges, rank)
-        groups.append(np.flatnonzero(chosen))
-        left = left & ~chosen
+        found = maximal_independent_set(left, edges, rank)
+        groups.append(np.flatnonzero(found))
+        left = left & ~found
     return groups
 
 

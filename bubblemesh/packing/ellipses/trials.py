@@ -139,9 +139,9 @@ class Trials:
     def smoothed(self, patches: PatchNet, before: Floats) -> PatchNet:
         """Patches after flips and smoothing, without those that cost so much more than before that there is no hope."""
         for done in range(PASSES):
-            triangles, edges = better_shapes(patches.x, patches.triangles, patches.facets, self.spacing)
+            triangles, _ = better_shapes(patches.x, patches.triangles, patches.facets, self.spacing)
             inside, own = metrics = metrics_around(patches.x, triangles, self.spacing)
-            given = patches.x, triangles, edges, patches.free, inside, own, own.axes, self.smoothing
+            given = patches.x, triangles, patches.free, inside, own, own.axes, self.smoothing
             x = smoothed_places(*given)
             patches = patches._replace(x=x, triangles=triangles)
             if done < PASSES - 1:
