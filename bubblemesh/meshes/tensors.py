@@ -39,8 +39,8 @@ class Axes(NamedTuple):
         """Ellipses whose sizes are multiplied by factors (n,), or all by the same factor."""
         return Axes(self.across * factor, self.along * factor, self.direction)
 
-    def within(self, d: Floats) -> "Axes":
-        """The largest ellipses within these and within circles of diameters d (n,)."""
+    def within(self, d: float | Floats) -> "Axes":
+        """The largest ellipses within these and within circles of diameters d (n,), or all of the same."""
         return Axes(np.minimum(self.across, d), np.minimum(self.along, d), self.direction)
 
     def wider(self, aspect: float) -> "Axes":

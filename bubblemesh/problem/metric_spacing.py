@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -92,13 +93,23 @@ class Intersection:
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        d = np.minimum(self.spacing.extended(np.column_stack([x, y])), self.largest)
+        d = self._limits(np.column_stack([x, y])) if self._limit is None else self._limit
         if not self.metrics:
+            d = np.broadcast_to(d, len(x))
             return Axes(d, d, np.column_stack([np.ones(len(d)), np.zeros(len(d))]))
         first, *others = (metric.ellipses(x, y).within(d).wider(metric.aspect) for metric in self.metrics)
         for other in others:
             first = axes(intersections(first.tensors, other.tensors))
         return first
+
+    def _limits(self, points: Floats) -> Floats:
+        """Largest sizes (n,) at points (n, 2)."""
+        return np.minimum(self.spacing.extended(points), self.largest)
+
+    @cached_property
+    def _limit(self) -> float | None:
+        """The largest size, if it is the same everywhere: most metrics have no more than that."""
+        return float(self._limits(np.zeros((1, 2)))[0]) if self.spacing.is_uniform else None
 
 
 def _with_fewer_nodes(straight: MetricSpacing, bent: MetricSpacing, domain: Domain, max_nodes: int) -> MetricSpacing:

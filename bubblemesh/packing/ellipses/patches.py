@@ -17,6 +17,7 @@ class PatchNet(NamedTuple):
 
     nodes: Integers  # (n,): numbers of the bubbles in the net, -1 for new ones
     x: Floats  # (n, 2)
+    tensors: Floats  # (n, 3): of the metric at each, but at those that have moved since
     free: Booleans  # (n,): bubbles that may move
     patch: Integers  # (n,): the patch that each is in
     triangles: Integers  # (t, 3)
@@ -40,6 +41,7 @@ class PatchNet(NamedTuple):
         return self._replace(
             nodes=np.append(self.nodes, np.full(k, -1)),
             x=np.concatenate([self.x, self.x[halved].mean(axis=1)]),
+            tensors=np.concatenate([self.tensors, self.tensors[halved].mean(axis=1)]),
             free=np.append(self.free & ~done, np.ones(k, bool)),
             patch=np.append(self.patch, self.patch[halved[:, 0]]),
             triangles=split,
@@ -52,6 +54,7 @@ class PatchNet(NamedTuple):
         return type(self)(
             nodes=self.nodes[kept],
             x=self.x[kept],
+            tensors=self.tensors[kept],
             free=self.free[kept],
             patch=self.patch[kept],
             triangles=number[self.triangles[chosen[self.owner]]],
@@ -60,9 +63,11 @@ class PatchNet(NamedTuple):
 
 
 def patches_around(
-    candidates: Integers, net: Net, x: Floats, triangles: Integers, edges: Integers
+    candidates: Integers, net: Net, x: Floats, tensors: Floats, triangles: Integers, edges: Integers
 ) -> tuple[Integers, Booleans, PatchNet]:
-    """Patches of x (n, 2), triangles (t, 3) and edges (m, 2) with the boundary of a net, around candidates (c,).
+    """Patches of triangles (t, 3) and edges (m, 2) with the boundary of a net, around candidates (c,).
+
+    Their bubbles are at x (n, 2), with tensors (n, 3).
 
     Returns
     -------
@@ -95,7 +100,8 @@ def patches_around(
     nodes, number = np.flatnonzero(known), np.cumsum(known) - 1
     facets = net.facets[all_of_rows(known[net.facets])]
     free = (inner[nodes] < none) & (nodes >= net.bubbles.boundary_count)
-    return chosen, within, PatchNet(nodes, x[nodes], free, patch[nodes], number[triangles[within]], number[facets])
+    found = nodes, x[nodes], tensors[nodes], free, patch[nodes], number[triangles[within]], number[facets]
+    return chosen, within, PatchNet(*found)
 
 
 def _least_around(edges: Integers, values: Integers, rings: int) -> Integers:

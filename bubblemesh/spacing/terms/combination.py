@@ -39,6 +39,11 @@ class Combination:
         """Whether one of the terms takes long."""
         return any(term.costly for term in self.terms)
 
+    @property
+    def is_uniform(self) -> bool:
+        """Whether all of the terms are the same everywhere."""
+        return all(term.is_uniform for term in self.terms)
+
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
         smallest = np.full(np.shape(x), np.inf)
