@@ -4,6 +4,8 @@
 
 #include "ellipses.h"
 
+enum { LANES = 8 }; /* places of a node whose costs are found side by side */
+
 /* Metrics around places (k, 2): roots (k, 3) that are linear from there, with slopes (k, 6) along their own axes. */
 typedef struct {
     const double *places, *roots, *slopes;
@@ -36,7 +38,7 @@ typedef struct {
     const int64_t *ends;                    /* (6 t,): the other ends of the spokes */
     const int64_t *spokes;                  /* (n,) of each node */
     const double *axes;
-    double *along, *across; /* costs of the spokes, and (3 t,) of the sides across from the node that moves */
+    double *along, *across; /* costs of the spokes at each place, and (3 t,) of the sides across from the node */
 } Patches;
 
 static double length_by(const double *root, double dx, double dy)
@@ -79,23 +81,70 @@ static void put(const Triangles *all, int64_t k, double px, double py)
     root_at(&all->own, k, px, py, all->now + 3 * k);
 }
 
-/* Sum of the costs of the triangles around a node at (px, py), where it is left. */
-static double cost_at(const Triangles *all, const Patches *p, int64_t k, double px, double py)
+/* Sums of the costs of the triangles around a node at places (2, LANES), each as `metric_costs` has it. */
+SIDE_BY_SIDE static void sum_costs(const Triangles *all, const Patches *p, int64_t k, const double (*place)[LANES],
+                                   double *sum)
 {
-    double sum = 0, *along = p->along;
+    const double *r = all->own.roots + 3 * k, *s = all->own.slopes + 6 * k, *from = all->own.places + 2 * k;
+    const double slack = all->slack, trust = all->trust * all->trust, bend = all->bend, weight = all->weight;
+    double root[3][LANES];
     int64_t j;
-    put(all, k, px, py);
-    for (j = 0; j < p->spokes[k]; j++)
-        along[j] = side_cost(all, k, p->ends[2 * p->begin[k] + j]);
-    for (j = p->begin[k]; j < p->begin[k + 1]; j++) {
-        double sides[3]; /* in the order of the triangle's corners, in which they are summed */
-        int64_t corner = p->corner[j];
-        sides[corner] = along[p->ahead[j]];
-        sides[(corner + 1) % 3] = p->across[j];
-        sides[(corner + 2) % 3] = along[p->behind[j]];
-        sum += shape_cost(all, p->around[j]) + all->weight * (sides[0] + sides[1] + sides[2]);
+    int l, c;
+    for (l = 0; l < LANES; l++) {
+        double cx = place[0][l] - from[0], cy = place[1][l] - from[1], f = r[0] * cx + r[1] * cy, g = r[2] * cy;
+        for (c = 0; c < 3; c++)
+            root[c][l] = r[c] + (s[c] * f + s[c + 3] * g);
+        sum[l] = 0;
     }
-    return sum;
+    for (j = 0; j < p->spokes[k]; j++) {
+        int64_t end = p->ends[2 * p->begin[k] + j];
+        double ex = all->x[2 * end], ey = all->x[2 * end + 1], *along = p->along + LANES * j;
+        const double *there = all->now + 3 * end;
+        for (l = 0; l < LANES; l++) {
+            double dx = ex - place[0][l], dy = ey - place[1][l], squared, beyond;
+            double u = root[0][l] * dx + root[1][l] * dy, v = root[2][l] * dy;
+            double u2 = there[0] * dx + there[1] * dy, v2 = there[2] * dy;
+            double length = mean_length(sqrt(u * u + v * v), sqrt(u2 * u2 + v2 * v2));
+            squared = length * length;
+            beyond = squared + 1 / squared - 2 - slack;
+            along[l] = beyond < 0 ? 0 : beyond;
+        }
+    }
+    for (j = p->begin[k]; j < p->begin[k + 1]; j++) {
+        int64_t triangle = p->around[j], corner = p->corner[j];
+        const int64_t *row = all->triangles + 3 * triangle;
+        const double *sides[3]; /* in the order of the triangle's corners, in which they are summed */
+        double across[LANES], at[3][2][LANES];
+        r = all->inside.roots + 3 * triangle, s = all->inside.slopes + 6 * triangle;
+        from = all->inside.places + 2 * triangle;
+        for (c = 0; c < 3; c++)
+            for (l = 0; l < LANES; l++) {
+                at[c][0][l] = c == corner ? place[0][l] : all->x[2 * row[c]];
+                at[c][1][l] = c == corner ? place[1][l] : all->x[2 * row[c] + 1];
+            }
+        for (l = 0; l < LANES; l++)
+            across[l] = p->across[j];
+        sides[corner] = p->along + LANES * p->ahead[j];
+        sides[(corner + 1) % 3] = across;
+        sides[(corner + 2) % 3] = p->along + LANES * p->behind[j];
+        for (l = 0; l < LANES; l++) {
+            double ax = at[0][0][l], ay = at[0][1][l], bx = at[1][0][l], by = at[1][1][l];
+            double ox = at[2][0][l], oy = at[2][1][l];
+            double cx = (ax + bx + ox) / 3 - from[0], cy = (ay + by + oy) / 3 - from[1];
+            double f = r[0] * cx + r[1] * cy, g = r[2] * cy;
+            double r11 = r[0] + (s[0] * f + s[3] * g), r12 = r[1] + (s[1] * f + s[4] * g);
+            double r22 = r[2] + (s[2] * f + s[5] * g);
+            double ux = r11 * (bx - ax) + r12 * (by - ay), uy = r22 * (by - ay);
+            double wx = r11 * (ox - ax) + r12 * (oy - ay), wy = r22 * (oy - ay);
+            double zx = wx - ux, zy = wy - uy, area = (ux * wy - uy * wx) / 2, far = f * f + g * g;
+            double eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (6.9282032302755088 * area);
+            double power = eta * eta * (eta * eta);
+            double shape = power > bend ? bend * (power - bend / 2) : power * power / 2;
+            double cost = shape + weight * (sides[0][l] + sides[1][l] + sides[2][l]);
+            int known = (r11 > 0) & (r22 > 0) & (area > 0) & (far <= trust);
+            sum[l] += known ? cost : INFINITY;
+        }
+    }
 }
 
 static void take_sides_across(const Triangles *all, const Patches *p, int64_t k)
@@ -112,25 +161,32 @@ static void improve(const Triangles *all, const Patches *p, int64_t k, double de
 {
     const double *axis = p->axes + 4 * k;
     double ux = axis[0], uy = axis[1], vx = axis[2], vy = axis[3], px = all->x[2 * k], py = all->x[2 * k + 1];
-    double here, ahead, behind, over, under, h1, h2, a, b, far, share;
+    double ahead = delta * ux, aside = delta * uy, over = delta * vx, up = delta * vy;
+    double place[2][LANES] = {{px, px + ahead, px - ahead, px + over, px - over, px, px, px},
+                              {py, py + aside, py - aside, py + up, py - up, py, py, py}};
+    double sum[LANES], here, h1, h2, a, b, far, share;
+    int l;
     take_sides_across(all, p, k);
-    here = cost_at(all, p, k, px, py);
-    ahead = cost_at(all, p, k, px + delta * ux, py + delta * uy);
-    behind = cost_at(all, p, k, px - delta * ux, py - delta * uy);
-    over = cost_at(all, p, k, px + delta * vx, py + delta * vy);
-    under = cost_at(all, p, k, px - delta * vx, py - delta * vy);
-    h1 = (ahead + behind - 2 * here) / (delta * delta);
-    h2 = (over + under - 2 * here) / (delta * delta);
-    a = -(ahead - behind) / (2 * delta) / (h1 > 1 ? h1 : 1);
-    b = -(over - under) / (2 * delta) / (h2 > 1 ? h2 : 1);
+    sum_costs(all, p, k, place, sum);
+    here = sum[0];
+    h1 = (sum[1] + sum[2] - 2 * here) / (delta * delta);
+    h2 = (sum[3] + sum[4] - 2 * here) / (delta * delta);
+    a = -(sum[1] - sum[2]) / (2 * delta) / (h1 > 1 ? h1 : 1);
+    b = -(sum[3] - sum[4]) / (2 * delta) / (h2 > 1 ? h2 : 1);
     if (!(isfinite(a) && isfinite(b)))
-        tries = 0;
+        return;
     far = sqrt(a * a + b * b);
     share = most / (far > most ? far : most);
-    for (; tries > 0; tries--, share /= 2)
-        if (cost_at(all, p, k, px + share * (a * ux + b * vx), py + share * (a * uy + b * vy)) < here)
+    for (l = 0; l < LANES; l++, share /= 2) {
+        place[0][l] = px + share * (a * ux + b * vx);
+        place[1][l] = py + share * (a * uy + b * vy);
+    }
+    sum_costs(all, p, k, place, sum);
+    for (l = 0; l < tries && l < LANES; l++)
+        if (sum[l] < here) {
+            put(all, k, place[0][l], place[1][l]);
             return;
-    put(all, k, px, py);
+        }
 }
 
 /* The spoke from a node to an end, by its number among those that are known, or as a new one. */
@@ -156,7 +212,8 @@ KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, dou
     int64_t *begin = calloc((size_t)(2 * n + 2), sizeof *begin), *spokes = begin ? begin + n + 2 : NULL;
     int64_t *around = malloc((size_t)(18 * t + 1) * sizeof *around), *corner = around + 3 * t, *ahead = around + 6 * t;
     int64_t *behind = around + 9 * t, *ends = around + 12 * t;
-    double *now = malloc((size_t)(3 * n + 9 * t + 1) * sizeof *now), *across = now + 3 * n, *along = across + 3 * t;
+    double *now = malloc((size_t)(3 * n + (3 + 6 * LANES) * t + 1) * sizeof *now), *across = now + 3 * n;
+    double *along = across + 3 * t;
     int64_t k, j, status = begin && around && now ? DONE : NO_MEMORY;
     if (status == DONE) {
         const Triangles all = {triangles, {inside, inside_roots, inside_slopes}, {own, own_roots, own_slopes},

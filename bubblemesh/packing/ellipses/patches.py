@@ -5,6 +5,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
+from bubblemesh.kernels.patches import least_around
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.splicing import removed, with_middles
 
@@ -85,16 +86,16 @@ def patches_around(
         # 1. Those are chosen that come before all others near to them.
         rank, first = np.arange(len(left)), np.full(n, none)
         np.minimum.at(first, triangles[left], rank[:, None])
-        near = _least_around(edges, first, 2 * RINGS + 1)
+        near = least_around(edges, first, 2 * RINGS + 1)
         chosen = np.append(chosen, left[all_of_rows(near[triangles[left]] == rank[:, None])])
         # 2. What is near to those is left no longer.
         patch[triangles[chosen]] = np.arange(len(chosen))[:, None]
-        apart = _least_around(edges, patch, 2 * RINGS + 1) == none
+        apart = least_around(edges, patch, 2 * RINGS + 1) == none
         left = left[all_of_rows(apart[triangles[left]])]
         if len(left) == 0:
             break
-    inner = _least_around(edges, patch, RINGS - 1)
-    patch = _least_around(edges, inner, 1)
+    inner = least_around(edges, patch, RINGS - 1)
+    patch = least_around(edges, inner, 1)
     within, known = all_of_rows(patch[triangles] < none), np.zeros(n, bool)
     known[triangles[within]] = True
     nodes, number = np.flatnonzero(known), np.cumsum(known) - 1
@@ -102,13 +103,3 @@ def patches_around(
     free = (inner[nodes] < none) & (nodes >= net.bubbles.boundary_count)
     found = nodes, x[nodes], tensors[nodes], free, patch[nodes], number[triangles[within]], number[facets]
     return chosen, within, PatchNet(*found)
-
-
-def _least_around(edges: Integers, values: Integers, rings: int) -> Integers:
-    """The least of the values (n,) at most so many edges away from each node."""
-    (i, j), result = edges.T, values
-    for _ in range(rings):
-        before, result = result, result.copy()
-        np.minimum.at(result, i, before[j])
-        np.minimum.at(result, j, before[i])
-    return result

@@ -10,11 +10,11 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.ellipse_motion import moved
+from bubblemesh.kernels.ellipse_shapes import Shaped, shape_measures
 from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, costs_in
 from bubblemesh.kernels.library import library
-from bubblemesh.kernels.shapes import eta
 from bubblemesh.kernels.tensors import mapped, roots, unmapped
-from bubblemesh.meshes.edges import SideTable, edge_keys, unique_edges
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.tensors import area_sizes
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.ellipses.net import EllipseNet
@@ -25,8 +25,6 @@ from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_PASSES = 10  # of flips
-GAIN = 1e-6  # relative, of a shape measure, for which an edge is flipped
-GOOD = 1.1  # shape measure: an edge between two triangles that are as good is not flipped; of half squares it is 1.15
 PERFECT = 0.5  # cost of a perfect triangle
 STEP = 0.1  # length of the differences by which it is known how the metric changes
 
@@ -147,9 +145,7 @@ def costs(x: Floats, triangles: Integers, spacing: MetricSpacing, smoothing: Any
     return costs_by(x, triangles, *roots_around(x, triangles, spacing.unstraightened), smoothing)
 
 
-def costs_by(
-    x: Floats, triangles: Integers, inside: Floats, own: Floats, smoothing: AnyEllipseSmoothing
-) -> Floats:
+def costs_by(x: Floats, triangles: Integers, inside: Floats, own: Floats, smoothing: AnyEllipseSmoothing) -> Floats:
     """The same as `costs`, by roots of the metric inside triangles (t, 3) and at nodes (n, 3)."""
     places, root = _centroids_and(x, triangles), np.concatenate([inside, own])
     steady = _split(Metrics(places, root, np.zeros((len(places), 6))), len(triangles))
@@ -195,12 +191,6 @@ def independent_groups_in_numpy(chosen: Booleans, triangles: Integers) -> list[I
     return groups
 
 
-def shape_measures(x: Floats, triangles: Integers, inside: Floats) -> Floats:
-    """Shape measure `eta` (t,) of triangles (t, 3) of nodes x (n, 2) in metrics with roots (t, 3)."""
-    stretched = mapped(np.repeat(inside, 3, axis=0), x[triangles].reshape(-1, 2))
-    return eta(stretched, np.arange(3 * len(triangles)).reshape(-1, 3))
-
-
 def with_better_shapes(net: Net, spacing: MetricSpacing) -> Net:
     """The net after flips of edges, but facets, that lessen the larger shape measure of the two triangles there."""
     return _with_better_shapes(net, spacing, roots_inside(net.bubbles.x, net.triangles, spacing))[0]
@@ -208,7 +198,8 @@ def with_better_shapes(net: Net, spacing: MetricSpacing) -> Net:
 
 def _with_better_shapes(net: Net, spacing: MetricSpacing, inside: Floats) -> tuple[Net, Floats]:
     """The net after such flips, and roots (t, 3) of the metric at the centroids, of which those before are given."""
-    triangles, edges, inside = better_shapes(net.bubbles.x, net.triangles, net.facets, spacing, inside)
+    triangles, inside = better_shapes(net.bubbles.x, net.triangles, net.facets, spacing, inside)
+    edges, _ = unique_edges(triangles)
     return Net(net.bubbles, net.facets, net.facet_piece, net.two_sided, triangles, edges), inside
 
 
@@ -219,40 +210,18 @@ def roots_inside(x: Floats, triangles: Integers, spacing: MetricSpacing) -> Floa
 
 def better_shapes(
     x: Floats, triangles: Integers, facets: Integers, spacing: MetricSpacing, inside: Floats
-) -> tuple[Integers, Integers, Floats]:
-    """Triangles (t, 3) of nodes x (n, 2) after such flips, but of facets (f, 2), their edges (m, 2), and roots (t, 3).
+) -> tuple[Integers, Floats]:
+    """Triangles (t, 3) of nodes x (n, 2) after such flips, but of facets (f, 2), and roots (t, 3) of the metric.
 
-    The roots are those of the metric at the centroids; before the flips they are the given ones.
+    The roots are those at the centroids; before the flips they are the given ones.
     """
-    inside = inside.copy()
-    triangles, n, t = triangles.copy(), len(x), len(triangles)
-    held = np.concatenate([edge_keys(facets, n), edge_keys(facets[:, ::-1], n)])
-    measures, fresh = shape_measures(x, triangles, inside), np.ones(t, bool)
+    shaped = Shaped(triangles.copy(), shape_measures(x, triangles, inside), inside.copy())
+    fresh = np.ones(len(triangles), bool)
     for _ in range(MOST_PASSES):
-        # 1. What both triangles of each edge would be after its flip, if that is not known to be no better.
-        table = SideTable.of(triangles, n)
-        other = table.opposite()
-        fresh_sides, poor = np.tile(fresh, 3), np.tile(measures > GOOD, 3)
-        looked_at = (fresh_sides | fresh_sides[other]) & (poor | poor[other])
-        side = np.flatnonzero((other > np.arange(3 * t)) & looked_at)
-        side = side[~np.isin(edge_keys(table.sides[side], n), held)]
-        (one, k), (two, k2) = table.owner(side), table.owner(other[side])
-        (a, b), c, e = table.sides[side].T, triangles[one, (k + 2) % 3], triangles[two, (k2 + 2) % 3]
-        turned = np.stack([np.column_stack([a, e, c]), np.column_stack([e, b, c])])
-        there = roots_inside(x, turned.reshape(-1, 3), spacing)
-        after, there = shape_measures(x, turned.reshape(-1, 3), there).reshape(2, -1), there.reshape(2, -1, 3)
-        # 2. Those that gain most are flipped, none of which share a triangle.
-        gain = 1 - after.max(axis=0) / np.maximum(measures[one], measures[two])
-        better = np.flatnonzero(gain > GAIN)
-        better = better[np.argsort(-gain[better], kind="stable")]
-        rank, first = np.arange(len(better)), np.full(t, len(better))
-        for owner in (one, two):
-            np.minimum.at(first, owner[better], rank)
-        chosen = better[(first[one[better]] == rank) & (first[two[better]] == rank)]
-        if len(chosen) == 0:
+        flips = shaped.flips(len(x), facets, fresh)
+        turned = flips.turned.reshape(-1, 3)
+        there = roots_inside(x, turned, spacing)
+        fresh = shaped.flip(flips, shape_measures(x, turned, there), there)
+        if not fresh.any():
             break
-        fresh = first < len(better)
-        for owner, which in ((one, 0), (two, 1)):
-            flipped = owner[chosen]
-            triangles[flipped], measures[flipped], inside[flipped] = (part[which, chosen] for part in (turned, after, there))
-    return triangles, table.sides[(other < 0) | (other > np.arange(3 * t))], inside
+    return shaped.triangles, shaped.inside

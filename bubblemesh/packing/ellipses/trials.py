@@ -79,9 +79,7 @@ class Trials:
     def attempt(self, state: Tried, candidates: Integers) -> Tried:
         """The state after trials at some of the candidates (c,), whose patches are apart."""
         edges, _ = unique_edges(state.triangles)
-        chosen, within, patches = patches_around(
-            candidates, self.net, state.x, state.tensors, state.triangles, edges
-        )
+        chosen, within, patches = patches_around(candidates, self.net, state.x, state.tensors, state.triangles, edges)
         corners, count = state.triangles[chosen], len(chosen)
         before, owner = _sums(state.costs[within], patches.owner, count), np.full(len(within), -1)
         owner[within] = patches.owner
@@ -144,7 +142,7 @@ class Trials:
         for done in range(PASSES):
             patches, around = self.measured(patches)
             x, free, own_roots = patches.x, patches.free, roots(patches.tensors)
-            triangles, _, around = better_shapes(x, patches.triangles, patches.facets, self.spacing, around)
+            triangles, around = better_shapes(x, patches.triangles, patches.facets, self.spacing, around)
             inside, own = metrics = metrics_around(x, triangles, around, own_roots, free, self.spacing)
             given = x, triangles, free, inside, own, own.axes, self.smoothing
             x = smoothed_places(*given)
@@ -153,7 +151,6 @@ class Trials:
                 about = costs_in(x, triangles, *metrics, side_weight(self.smoothing)) - 1
                 patches = patches.select(_sums(about, patches.owner, len(before)) < before + HOPE)
         return patches
-
 
     def measured(self, patches: PatchNet) -> tuple[PatchNet, Floats]:
         """Patches with the tensors where bubbles are now, and roots (t, 3) of the metric at the centroids."""
