@@ -103,6 +103,18 @@ def symmetric(across: Floats, along: Floats, direction: Floats) -> Floats:
     return result
 
 
+def turned(tensors: Floats, angle: Floats) -> Floats:
+    """Tensors (n, 3) whose ellipses are turned by angles (n,), in radians, counter-clockwise."""
+    (m11, m12, m22), c, s = tensors.T, np.cos(angle), np.sin(angle)
+    return np.column_stack(
+        [
+            c * c * m11 - 2 * c * s * m12 + s * s * m22,
+            c * s * (m11 - m22) + (c * c - s * s) * m12,
+            s * s * m11 + 2 * c * s * m12 + c * c * m22,
+        ]
+    )
+
+
 def require_positive_definite(d: Floats, where: Callable[[int], Sequence[float]]) -> None:
     """Check that tensors have ellipses, by their `area_sizes` d (n,); CaseError with the place, by ``where``."""
     bad = np.flatnonzero(~(np.isfinite(d) & (d > 0)))

@@ -12,7 +12,15 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, require_positive_definite, size_ratios
+from bubblemesh.meshes.tensors import (
+    Axes,
+    area_sizes,
+    axes,
+    intersections,
+    require_positive_definite,
+    size_ratios,
+    turned,
+)
 from bubblemesh.messages import place, two_places
 from bubblemesh.problem.ellipses import Scaled
 from bubblemesh.problem.metric import MetricRequest
@@ -172,7 +180,7 @@ def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
     s = share * boundary.lengths[piece]
     mine, other, at = counterparts(boundary, pairs, piece, s)
     here, there = boundary.points(piece[mine], s[mine]), boundary.points(other, at)
-    times = size_ratios(spacing.checked(here), spacing.checked(there))
+    times = size_ratios(turned(spacing.checked(here), domain.turn[piece[mine]]), spacing.checked(there))
     k = int(times.argmax())
     if times[k] > DIFFERENT:
         first, second = two_places(here[k], there[k])

@@ -224,7 +224,9 @@ def test_periodic_sides_that_are_turned_are_told(tmp_path):
     (tmp_path / name).write_text("\n".join([f"{head}$Periodic", *pairs.splitlines()[:4], *turned, "$EndPeriodic\n"]))
     found, notes = whole_mesh(tmp_path / name)
     assert found.periodic_sides == ()
-    assert notes == ("1 of its 1 pairs of periodic sides are left out: they are no shifted boundaries",)
+    assert notes == (
+        "1 of its 1 pairs of periodic sides are left out: they are no boundaries that are shifted or turned",
+    )
 
 
 @pytest.mark.parametrize(("row", "missing"), [("0 1", 0), ("1 9999", 9999)])
