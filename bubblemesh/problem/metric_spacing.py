@@ -10,6 +10,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, Key, at_key
+from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.tensors import (
@@ -180,7 +181,10 @@ def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
     s = share * boundary.lengths[piece]
     mine, other, at = counterparts(boundary, pairs, piece, s)
     here, there = boundary.points(piece[mine], s[mine]), boundary.points(other, at)
-    times = size_ratios(turned(spacing.checked(here), domain.turn[piece[mine]]), spacing.checked(there))
+    # About the tip of a wedge, its own counterpart, all but circles differ.
+    apart = np.hypot(*(there - here).T) > TOUCHING * domain.size
+    here, there, turn = here[apart], there[apart], domain.turn[piece[mine[apart]]]
+    times = size_ratios(turned(spacing.checked(here), turn), spacing.checked(there))
     k = int(times.argmax())
     if times[k] > DIFFERENT:
         first, second = two_places(here[k], there[k])

@@ -256,6 +256,16 @@ def test_the_metric_of_a_solution_is_the_finer_one_of_both_periodic_sides(mesh):
     np.testing.assert_array_equal(found[inside], tensors[inside])
 
 
+def test_the_metric_of_the_other_side_is_turned_as_the_side_is(mesh):
+    domain = case_domain(bubblemesh.load_case("-", text=SQUARE.format(more=", periodic: [[b, l]]")))
+    x, y = mesh.points.T
+    tensors = np.tile([1.0, 0.0, 1.0], (len(x), 1))
+    tensors[y == 0] = 100.0, 3.0, 4.0
+    found = intersected_across_sides(domain, mesh.points, mesh.triangles, tensors)
+    inner = (x == 0) & (y > 0.2) & (y < 0.8)
+    np.testing.assert_allclose(found[inner], [[4.0, -3.0, 100.0]] * inner.sum(), atol=1e-9)
+
+
 def test_what_is_fine_at_a_corner_is_so_at_all_of_its_copies_and_sizes_grow_from_each(mesh):
     domain = case_domain(bubblemesh.load_case("-", text=PERIODIC))
     tensors = np.tile([1.0, 0.0, 1.0], (len(mesh.points), 1))
