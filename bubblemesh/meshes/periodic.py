@@ -1,5 +1,6 @@
 """Periodic sides of a mesh: two sides with the same nodes, moved across the domain or turned about a point."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from bubblemesh.arrays import Floats, Integers, different_rows, extent
 
 ROUNDING = 1e-9  # of the way between counterparts: a component of the shift below this share of it counts as 0
 MATCH = 1e-8  # of the mesh's size; domains allow periodic sides a tenth of that
+DIGITS = 12  # of an angle in degrees after the point: the others are rounding
 BETTER = 0.01  # of the distance that a shift leaves: what a turn may leave in place of it
 
 
@@ -27,14 +29,14 @@ class PeriodicSides(NamedTuple):
     @property
     def angle(self) -> float:
         """Angle in degrees, counter-clockwise, by which the second side is the first one turned; 0 if it is shifted."""
-        return float(np.degrees(np.arctan2(self.motion[1, 0], self.motion[0, 0])))
+        return round(math.degrees(math.atan2(self.motion[1, 0], self.motion[0, 0])), DIGITS)
 
     @property
     def center(self) -> Floats:
         """Point (2,) about which the second side is the first one turned; not a number if it is shifted."""
         if self.angle == 0:
             return np.full(2, np.nan)
-        return np.linalg.solve(np.eye(2) - self.motion[:, :2], self.shift) + 0.0  # no -0
+        return np.asarray(np.linalg.solve(np.eye(2) - self.motion[:, :2], self.shift) + 0.0, float)  # no -0
 
     def moved(self, points: Floats) -> Floats:
         """Places (n, 2) to which points (n, 2) of the first side are taken: those of the second."""
