@@ -348,6 +348,31 @@ def test_what_gmsh_writes_is_read(gmsh, tmp_path, version, binary):
     assert len(sides.nodes) == np.count_nonzero(mesh.points[:, 0] == 0)
 
 
+@pytest.mark.parametrize("version", [2.2, 4.1])
+def test_turned_sides_that_gmsh_writes_are_read(gmsh, tmp_path, version):
+    gmsh.clear()
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    places = [(0, 0), (2, 0), (1.2, 1.6)]
+    points = [gmsh.model.geo.addPoint(x, y, 0, 0.3) for x, y in places]
+    lines = [gmsh.model.geo.addLine(points[k], points[(k + 1) % 3]) for k in range(3)]
+    gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop(lines)])
+    gmsh.model.geo.synchronize()
+    matrix = np.eye(4)
+    matrix[:2, :2] = turn
+    gmsh.model.mesh.setPeriodic(1, [lines[2]], [lines[0]], matrix.ravel().tolist())
+    for dimension, entity, name in ((1, lines[0], "right"), (1, lines[2], "left"), (2, 1, "domain")):
+        gmsh.model.addPhysicalGroup(dimension, [entity], name=name)
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.model.mesh.generate(2)
+    gmsh.write(str(tmp_path / "a.msh"))
+    gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+    gmsh.clear()
+    (sides,) = whole_mesh(tmp_path / "a.msh")[0].periodic_sides
+    assert abs(sides.angle) == pytest.approx(np.degrees(np.arctan2(0.8, 0.6)))
+    np.testing.assert_allclose(sides.center, [0, 0], atol=1e-9)
+    assert (sides.nodes[:, 0] == sides.nodes[:, 1]).sum() == 1
+
+
 def test_groups_of_nodes_that_are_not_read_are_told(tmp_path):
     mesh = mesh_of(PAIRED.replace("PAIRS", "").replace("POINTS", LABELLED))
     write_files(mesh, {}, {}, tmp_path, "cell", ["med", "inp"])
