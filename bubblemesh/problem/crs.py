@@ -70,7 +70,7 @@ def terms_in(plane: Plane, terms: SpacingTerms) -> SpacingTerms:
         if isinstance(one, NearPoint):
             one = one.model_copy(update={"point": as_point(plane.to(np.array([one.point], float))[0])})
         elif isinstance(one, NearLine):
-            one = one.model_copy(update={"line": tuple(map(as_point, plane.line(np.array(one.line, float))))})
+            one = one.model_copy(update={"line": tuple(map(as_point, plane.line(np.array(one.line, float))[0]))})
         near.append(one)
     return terms.model_copy(update={"near": tuple(near)})
 

@@ -17,7 +17,7 @@ from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.following import Following, followed_together
-from bubblemesh.geometry.geography import given_places, given_plane, projecting
+from bubblemesh.geometry.geography import given_places, given_plane, has_new_contacts, projecting
 from bubblemesh.geometry.nesting import with_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import coarsened_by, ring_name, tell_places_by, tell_places_of
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from bubblemesh.spacing.spacing import Spacing
 
 DOMAIN = Key(["domain"])
+MOST_READINGS = 4  # of a domain, to know all contacts; one and another are enough unless an error stops the first
 REST = -1  # number of what regions leave of the domain, among the numbers of their entries
 
 
@@ -52,14 +53,34 @@ def case_domain(case: Case) -> Domain:
 
 
 def _domain(keys: DomainKeys) -> Domain:
-    if isinstance(keys, RegionDomain):
-        parts = _inner_parts(keys)
-        areas = _covered(keys, parts)
-    else:
-        areas = domain_areas(keys)  # they decide on the plane, if there is one
-        parts = _inner_parts(keys)
+    areas, parts = _read(keys)
     tell_places_by(given_places())
     return Domain.of_areas(areas, parts)
+
+
+def _read(keys: DomainKeys) -> tuple[list[Area], InnerParts]:
+    """Areas and inner parts of a domain; with more vertices where those of others lie on sides as these are given.
+
+    That is known only when all of them are read, so that they are read again.
+    """
+    for _ in range(MOST_READINGS - 1):
+        try:
+            areas, parts = _read_once(keys)
+        except GeometryError:
+            if not has_new_contacts([]):
+                raise
+        else:
+            if not has_new_contacts(areas):
+                return areas, parts
+    return _read_once(keys)
+
+
+def _read_once(keys: DomainKeys) -> tuple[list[Area], InnerParts]:
+    if isinstance(keys, RegionDomain):
+        parts = _inner_parts(keys)
+        return _covered(keys, parts), parts
+    areas = domain_areas(keys)  # they decide on the plane, if there is one
+    return areas, _inner_parts(keys)
 
 
 def _sea(case: Case) -> Domain:

@@ -10,7 +10,7 @@ from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.case.lines_and_points import LineFile, LineKeys, PointFile, PointKeys
 from bubblemesh.errors import Key, about, prefixed
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.geography import projected_point
+from bubblemesh.geometry.geography import projected_vertex
 from bubblemesh.geometry.paths import InnerPoint, OpenPath
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.shapes import pieces_of
@@ -59,7 +59,7 @@ def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
 
 def _points(point: PointKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
     if not isinstance(point, PointFile):
-        return [InnerPoint(projected_point(point.at), point.label or "")], ()
+        return [InnerPoint(projected_vertex(point.at), point.label or "")], ()
     places, notes = readers.read_points(Path(point.file), named_in_file(point), point.name)
     return [InnerPoint(place.at, (point.label or place.label or "")) for place in places], notes
 

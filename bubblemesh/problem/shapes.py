@@ -29,7 +29,14 @@ from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import Rule, overlaid
 from bubblemesh.geometry.following import Following
-from bubblemesh.geometry.geography import is_projecting, projected_length, projected_point, projected_ring
+from bubblemesh.geometry.geography import (
+    is_projecting,
+    projected_length,
+    projected_point,
+    projected_ring,
+    projected_side,
+    projected_vertex,
+)
 from bubblemesh.geometry.nesting import nested
 from bubblemesh.geometry.paths import Area, Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
@@ -125,21 +132,27 @@ def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
     """The first point of a path, and the geometry of the pieces from there."""
     start, *entries = keys.path
     assert isinstance(start, tuple)
-    start = projected_point(start)
-    pieces: list[Piece] = []
+    first = projected_vertex(start)
+    at, pieces = start, list[Piece]()
     for entry in entries:
         match entry:
-            case LinePiece():
-                pieces.append(LineTo(projected_point(entry.to), entry.label))
             case ArcPiece() if is_projecting():
                 raise CaseError("crs: an arc cannot be projected: give a spline, or straight sides")
             case ArcPiece(arc=arc):
                 pieces.append(ArcTo(arc.to, arc.center, arc.turn == "left", entry.label))
+                at = arc.to
             case SplinePiece():
-                pieces.append(SplineTo(tuple(map(projected_point, entry.spline.through)), entry.label))
-            case point:
-                pieces.append(LineTo(projected_point(point)))
-    return start, pieces
+                *inner, at = entry.spline.through
+                pieces.append(SplineTo((*map(projected_point, inner), projected_vertex(at)), entry.label))
+            case LinePiece(to=to, label=label):
+                pieces += [LineTo(place, label) for place in projected_side(at, to)]
+                at = to
+            case to:
+                pieces += map(LineTo, projected_side(at, to))
+                at = to
+    if isinstance(keys, PathRing):
+        pieces += [LineTo(place, keys.label) for place in projected_side(at, start)[:-1]]
+    return first, pieces
 
 
 def selection_of(keys: GeometryFile) -> Selection:

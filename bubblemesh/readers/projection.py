@@ -6,7 +6,14 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.geometry.geography import is_projecting, projected, projected_line, projected_ring, require_system
+from bubblemesh.geometry.geography import (
+    is_projecting,
+    projected,
+    projected_line,
+    projected_ring,
+    projected_vertices,
+    require_system,
+)
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, vertices_of
@@ -37,7 +44,7 @@ def _projected(one: Feature) -> Feature:
             areas=tuple(tuple(map(projected_ring, area)) for area in one.areas),
             rings=tuple(map(projected_ring, one.rings)),
             curves=tuple(map(_curve, one.curves)),
-            points=tuple(map(as_point, projected(np.array(one.points, float).reshape(-1, 2)))),
+            points=tuple(map(as_point, projected_vertices(np.array(one.points, float).reshape(-1, 2)))),
         )
 
 
@@ -46,5 +53,7 @@ def _curve(curve: CompoundCurve) -> CompoundCurve:
     if len(straight) < len(curve.pieces):
         raise CaseError("crs: a line is curved, and cannot be projected: give straight ones")
     points: Floats = np.array([curve.start, *(piece.to for piece in straight)])
-    start, *others = map(as_point, projected_line(points))
-    return CompoundCurve(start, tuple(map(LineTo, others)), curve.name)
+    places, side = projected_line(points)
+    start, *others = map(as_point, places)
+    labels = [straight[k].label for k in side]
+    return CompoundCurve(start, tuple(map(LineTo, others, labels)), curve.name)

@@ -208,6 +208,123 @@ def test_embedded_points_and_lines_are_given_ones():
     assert ferry[..., 1].max() == pytest.approx(51.02, abs=0.02)  # straight in the plane
 
 
+# What meets as given meets in the plane
+
+
+def nodes_of(mesh, label):
+    """Places of the nodes of a label's edges."""
+    ends = mesh.facets[mesh.facet_labels == mesh.labels.index(label)]
+    return set(map(tuple, mesh.points[ends].reshape(-1, 2).round(9).tolist()))
+
+
+LEVEE = {"path": [[9.15, 47.5], [9.15, 48]], "label": "levee"}
+LAND = {"rectangle": [8, 47, 10, 48], "label": "rim"}
+METRES = {"from": "EPSG:32632", "to": "EPSG:32632"}
+PLAIN = [500000, 5297000, 520000, 5303000]
+
+
+@pytest.mark.parametrize(
+    ("domain", "crs", "size", "labels", "at"),
+    [
+        ({"outer": LAND, "lines": [LEVEE]}, DEGREES, 20e3, ("levee", "rim"), (9.15, 48)),
+        (
+            {"outer": LAND, "lines": [LEVEE, {"path": [[8.5, 47.2], [9.15, 47.7]], "label": "b"}]},
+            DEGREES,
+            20e3,
+            ("levee", "b"),
+            (9.15, 47.7),
+        ),
+        (
+            {
+                "outer": LAND,
+                "lines": [{"path": [[8.5, 47.6], [9.5, 47.6]], "label": "b"}, LEVEE | {"path": [[9, 47.6], [9, 47.8]]}],
+            },
+            DEGREES,
+            20e3,
+            ("levee", "b"),
+            (9, 47.6),
+        ),
+        (
+            {
+                "outer": {"rectangle": PLAIN, "label": "rim"},
+                "lines": [{"path": [[505e3, 5300200], [52e4, 5300200]], "label": "levee"}],
+            },
+            METRES,
+            2000,
+            ("levee", "rim"),
+            (52e4, 5300200),
+        ),
+        (
+            {
+                "outer": {"path": [[8, 48], [8, 47], [10, 47], [10, 48]], "label": "rim"},
+                "lines": [LEVEE],
+            },
+            DEGREES,
+            20e3,
+            ("levee", "rim"),
+            (9.15, 48),
+        ),
+        (
+            {"outer": LAND, "holes": [{"polygon": [[9.2, 48], [9.6, 47.6], [9.7, 47.9]], "label": "hole"}]},
+            DEGREES,
+            20e3,
+            ("hole", "rim"),
+            (9.2, 48),
+        ),
+    ],
+    ids=["line on side", "line in a vertex's place", "line on line", "metres", "line on path", "hole on side"],
+)
+def test_a_vertex_on_a_straight_side_is_a_node_of_both(domain, crs, size, labels, at):
+    mesh = mesh_case(case(domain, size, crs)).mesh
+    one, other = (nodes_of(mesh, label) for label in labels)
+    assert one & other == {at}
+
+
+def test_regions_share_what_they_share_as_given():
+    west = {"name": "west", "ring": {"polygon": [[8.2, 47.4], [8.6, 47.4], [8.6, 47.9], [8.2, 47.9]]}}
+    east = {"name": "east", "ring": {"polygon": [[8.6, 47.2], [10, 47.2], [10, 47.8], [8.6, 47.8]]}}
+    south = {"name": "south", "ring": {"polygon": [[8.1, 47], [9.9, 47], [9.9, 47.2], [8.1, 47.2]]}}
+    mesh = mesh_case(case({"outer": LAND, "regions": [west, east, south]}, 20e3)).mesh
+    places = set(map(tuple, mesh.points.round(9).tolist()))
+    assert {(8.6, 47.4), (8.6, 47.8), (10, 47.2), (10, 47.8), (8.1, 47), (9.9, 47), (8.6, 47.2), (9.9, 47.2)} <= places
+    assert mesh.quality().min > 0.5  # no slivers
+
+
+def test_points_on_straight_sides_are_on_the_boundary():
+    points = [{"at": [9.15, 48], "label": "north"}, {"at": [9.4, 47], "label": "south"}]
+    mesh = mesh_case(case({"outer": LAND, "points": points}, 20e3)).mesh
+    assert {(9.15, 48), (9.4, 47)} <= nodes_of(mesh, "rim")
+
+
+def test_rings_are_overlaid_as_given():
+    cut = {"polygon": [[9, 47.7], [9.5, 47.7], [9.5, 48], [9, 48]], "label": "cut"}
+    mesh = mesh_case(case({"outer": {"minus": [LAND, cut]}}, 20e3)).mesh
+    inside = (mesh.points[:, 0] > 9 + 1e-9) & (mesh.points[:, 0] < 9.5 - 1e-9) & (mesh.points[:, 1] > 47.702)
+    assert not inside.any()
+    assert nodes_of(mesh, "rim") & nodes_of(mesh, "cut") == {(9, 48), (9.5, 48)}
+
+
+def test_sides_that_no_vertex_lies_on_get_none():
+    keys = {"outer": LAND, "lines": [LEVEE | {"path": [[9.15, 47.5], [9.15, 47.999]]}]}
+    ring = case_domain(case(keys)).boundary
+    assert len(ring.corners) == 6
+    middle = {"outer": LAND, "points": [{"at": [8, 47.5]}]}  # the sides to the west and east hardly bend
+    assert len(case_domain(case({"outer": LAND})).boundary.corners) == 4
+    assert len(case_domain(case(middle)).boundary.corners) == 5
+
+
+def test_lines_of_files_keep_their_labels(in_folder):
+    levees = {"type": "LineString", "coordinates": [[9.12, 47.87], [9.2, 47.87], [9.2, 47.9]]}
+    long = {"type": "LineString", "coordinates": [[8.1, 47.3], [9.9, 47.3]]}
+    features = [
+        {"type": "Feature", "properties": {"name": name}, "geometry": shape}
+        for name, shape in (("levee-N", levees), ("road", long))
+    ]
+    (in_folder / "lines.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    domain = case_domain(case({"outer": LAND, "lines": [{"file": "lines.geojson"}]}))
+    assert domain.labels == ("rim", "levee-N", "road")
+
+
 # Files
 
 

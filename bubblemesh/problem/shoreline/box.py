@@ -56,7 +56,7 @@ def sea_in_box(keys: ShoreDomain) -> Sea:
 
 def _in_plane(part: shapely.Polygon) -> shapely.Polygon:
     """A part of the sea in the plane, with more points on sides that are not straight there."""
-    around, *islands = (projected_line(shapely.get_coordinates(ring)) for ring in (part.exterior, *part.interiors))
+    around, *islands = (projected_line(shapely.get_coordinates(ring))[0] for ring in (part.exterior, *part.interiors))
     return shapely.Polygon(around, islands)
 
 
