@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+import shapely
 
 from bubblemesh.arrays import Floats
 from bubblemesh.case.data_terms import DataTerm, FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
@@ -16,13 +17,14 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import same_system
 from bubblemesh.meshfiles.fields import read_field
 from bubblemesh.messages import extent, given_coordinates
-from bubblemesh.problem.crs import given_bounds
+from bubblemesh.problem.crs import given_bounds, given_system
 from bubblemesh.readers.grids.grids import Box, Grid, filled_from_nearest, is_grid, read_grid, system_of
 from bubblemesh.readers.grids.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField, scattered
 from bubblemesh.spacing.terms.raster import Raster
 
+SMALLEST_SHARE = 0.01  # of a domain beyond a raster that is told
 RasterNames = Mapping[str, Raster]  # rasters by the names that expressions have for them
 
 
@@ -65,12 +67,13 @@ def data_functions(
 
 @given_coordinates()
 def raster_variables(
-    terms: SpacingTerms, box: Box, names: Container[str], system: str | None
+    terms: SpacingTerms, domain: Domain, names: Container[str]
 ) -> tuple[dict[str, Raster], tuple[str, ...]]:
-    """The rasters by some names, around a box in a system, and notes on them; the same errors as `data_functions`.
+    """The rasters by some names, around a domain, and notes on them; the same errors as `data_functions`.
 
     CaseError if two have one name.
     """
+    box, system = given_bounds(domain), given_system(domain)
     functions: dict[str, Raster] = {}
     notes: list[str] = []
     for key, model in _models(terms):
@@ -79,7 +82,7 @@ def raster_variables(
                 if model.known_as in functions:
                     raise CaseError(f"{model.known_as!r} is the name of another raster too: give one of them by name")
                 functions[model.known_as], more = _grid(model, box, system)
-            notes += more
+            notes += [*more, *coverage_notes(key, functions[model.known_as], domain)]
     return functions, tuple(notes)
 
 
@@ -120,15 +123,30 @@ def _models(terms: SpacingTerms) -> Iterator[tuple[Key, DataTerm]]:
             yield Key(["spacing", name, *([number] if len(models) > 1 else [])]), model
 
 
-def outside_note(key: Key, data: DataFunction, bounds: Sequence[float]) -> str | None:
-    """Warning if data lies wholly outside a domain with the bounds (x0, y0, x1, y1)."""
+def coverage_notes(key: Key, data: DataFunction, domain: Domain) -> Iterator[str]:
+    """Warning if data lies wholly outside a domain, or a raster does not reach over a part of it."""
+    bounds = given_bounds(domain)
     (x0, y0, x1, y1), (left, low, right, high) = data.bounds, bounds
-    if x0 <= right and left <= x1 and y0 <= high and low <= y1:
-        return None
-    return (
-        f"{key}: the data is in {extent(data.bounds)}, the domain in {extent(bounds)}: they do not meet, so that only "
-        "values at the rim of the data count"
-    )
+    if not (x0 <= right and left <= x1 and y0 <= high and low <= y1):
+        yield (
+            f"{key}: the data is in {extent(data.bounds)}, the domain in {extent(bounds)}: they do not meet, so that "
+            "only values at the rim of the data count"
+        )
+    elif isinstance(data, Raster) and (beyond := _share_beyond(data.bounds, domain)) >= SMALLEST_SHARE:
+        yield (
+            f"{key}: {beyond:.0%} of the domain is beyond the data, which is in {extent(data.bounds)}: nearest values "
+            "count there"
+        )
+
+
+def _share_beyond(box: Box, domain: Domain) -> float:
+    """Share of the area of a domain that lies outside a box (x0, y0, x1, y1), in the given coordinates."""
+    x0, y0, x1, y1 = given_bounds(domain)
+    if box[0] <= x0 and box[1] <= y0 and box[2] >= x1 and box[3] >= y1:
+        return 0.0
+    given = domain.polygon if domain.plane is None else shapely.transform(domain.polygon, domain.plane.given)
+    within = shapely.clip_by_rect(given, max(box[0], x0), max(box[1], y0), min(box[2], x1), min(box[3], y1))
+    return float(1 - within.area / given.area)
 
 
 def _field(term: FieldTerm, box: Box, system: str | None) -> Read:

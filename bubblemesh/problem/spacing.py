@@ -186,15 +186,15 @@ def _data(
     if not terms.data:
         return {}, ()
     # Imported here since few cases have data, and all that reads it takes long to load.
-    from bubblemesh.problem.data_terms import data_functions, outside_note
+    from bubblemesh.problem.data_terms import coverage_notes, data_functions
 
     box = given_bounds(domain)
     found, notes = data_functions(terms, box, given_system(domain), variables)
     for key, data in found.items():
         with at_key(*key):
             require_given(data.bounds, domain)
-    outside = (outside_note(key, data, box) for key, data in found.items())
-    return found, (*notes, *filter(None, outside))
+    coverage = (note for key, data in found.items() for note in coverage_notes(key, data, domain))
+    return found, (*notes, *coverage)
 
 
 def rules_of(terms: SpacingTerms) -> Rules:

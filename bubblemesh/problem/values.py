@@ -9,7 +9,7 @@ from bubblemesh.case.spacing import SpacingTerms, Value
 from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.label_distances import distance_to_labels
-from bubblemesh.problem.crs import bound_in, given_bounds, given_system
+from bubblemesh.problem.crs import bound_in
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.spacing import OneKey, Spacing
 from bubblemesh.spacing.terms.combination import costly
@@ -43,4 +43,4 @@ def named_rasters(
         return {}, ()
     from bubblemesh.problem.data_terms import raster_variables
 
-    return raster_variables(terms, given_bounds(domain), names, given_system(domain))
+    return raster_variables(terms, domain, names)

@@ -138,14 +138,25 @@ def require_positive(values: Floats, where: Callable[[int], str]) -> None:
 
     CaseError with the first such value and its place.
     """
-    bad = np.flatnonzero(~_usable(values))
+    _require(_usable(values), values, where, f"a spacing has to be positive and finite (at most {LARGEST_NUMBER:g})")
+
+
+def require_finite(values: Floats, where: Callable[[int], str]) -> None:
+    """Refuse values (n,) that are not finite; ``where`` and errors are as in `require_positive`."""
+    _require(
+        np.abs(values) <= LARGEST_NUMBER,
+        values,
+        where,
+        f"it has to be finite (at most {LARGEST_NUMBER:g}): fill in what is missing",
+    )
+
+
+def _require(good: Booleans, values: Floats, where: Callable[[int], str], wanted: str) -> None:
+    bad = np.flatnonzero(~good)
     if len(bad):
         more = len(bad) - 1
         several = f", and {more} more {'value is' if more == 1 else 'values are'} as bad" if more else ""
-        raise CaseError(
-            f"is {values[bad[0]]:g} {where(int(bad[0]))}{several}: a spacing has to be positive and finite "
-            f"(at most {LARGEST_NUMBER:g})"
-        )
+        raise CaseError(f"is {values[bad[0]]:g} {where(int(bad[0]))}{several}: {wanted}")
 
 
 def spots(points: Floats, first: Integers, last: Integers, values: Floats) -> Floats:

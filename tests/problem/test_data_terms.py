@@ -199,6 +199,31 @@ def test_data_beside_the_domain_is_told(spacing, away, tmp_path):
         assert warnings[0].startswith("spacing.field: the data is in [10, 11] x [0, 1], the domain in [0, 1] x [0, 1]")
 
 
+AWAY = "spacing.raster: the data is in [2, 3] x [0, 1], the domain in [0, 1] x [0, 1]: they do not meet"
+BEYOND = "spacing.raster: 54% of the domain is beyond the data, which is in [-1, 0.4] x [0, 1]: nearest values count"
+
+
+@pytest.mark.parametrize(
+    ("bounds", "told"), [("[2, 0, 3, 1]", AWAY), ("[-1, 0, 0.4, 1]", BEYOND), ("[0.005, 0, 1, 1]", None)]
+)
+@pytest.mark.parametrize("value", ["", "value: 0.1 + 0*raster.z, "])
+def test_the_part_of_the_domain_beyond_a_raster_is_told(bounds, told, value, tmp_path):
+    np.save(tmp_path / "z.npy", [[0.1, 0.1], [0.1, 0.1]])
+    found = posed(tmp_path, f"{{{value}raster: {{file: z.npy, name: z, bounds: {bounds}}}}}").warnings
+    warnings = [warning for warning in found if warning.startswith("spacing.raster")]
+    assert len(warnings) == (told is not None)
+    assert all(told in warning for warning in warnings), warnings
+
+
+def test_a_raster_that_an_expression_names_has_numbers(tmp_path):
+    np.save(tmp_path / "z.npy", [[-0.1, np.nan, -0.1], [-0.1, np.inf, -0.1]])
+    message = (
+        r"spacing.raster: .*z: is nan in row 0, column 1 \(from 0\), \(0.5, 0.25\), and 1 more value is as bad: it has"
+    )
+    with pytest.raises(CaseError, match=message):
+        posed(tmp_path, "{value: 0.1 - raster.z, raster: {file: z.npy, name: z, bounds: [0, 0, 1, 1]}}")
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("at", ["nodes", "cells"])
 def test_a_mesh_made_by_the_spacing_of_the_one_before_is_like_it(at, tmp_path):

@@ -10,7 +10,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.checks import real_numbers
 from bubblemesh.messages import place
 from bubblemesh.records import record
-from bubblemesh.spacing.spacing import finest, is_spot, require_positive
+from bubblemesh.spacing.spacing import finest, is_spot, require_finite, require_positive
 
 BAND = 1_000_000  # pixels that are looked at together: of all of them there may be many
 
@@ -24,15 +24,15 @@ class Raster:
 
     x: Floats  # (c,): centres of the columns, ascending
     y: Floats  # (r,): centres of the rows, ascending
-    values: Floats  # (r, c): positive and finite
+    values: Floats  # (r, c): finite
 
     @classmethod
     def of(cls, x: Floats, y: Floats, values: Floats, *, signed: bool = False) -> Self:
         """Raster of ``values`` (r, c) with columns at ``x`` (c,) and rows at ``y`` (r,), in either direction each.
 
         Values may be negative if they are ``signed``, and are no spacings then. CaseError if the shapes do not fit,
-        coordinates do not go one way, or a value is not positive and finite; the text names its row and column, from 0,
-        and its place.
+        coordinates do not go one way, or a value is not finite, or not positive where it has to be; the text names its
+        row and column, from 0, and its place.
         """
         values = _grid(values)
         x, y = real_numbers(x, "x", values.shape[1:]), real_numbers(y, "y", values.shape[:1])
@@ -45,8 +45,8 @@ class Raster:
             row, column = np.unravel_index(k, values.shape)
             return f"in row {row}, column {column} (from 0), {place((x[column], y[row]))}"
 
-        if not signed:
-            require_positive(values.ravel(), where)
+        require = require_finite if signed else require_positive
+        require(values.ravel(), where)
         across, along = (slice(None, None, -1 if len(c) > 1 and c[1] < c[0] else 1) for c in (x, y))
         return cls(x[across], y[along], values[along, across])
 
