@@ -348,7 +348,7 @@ def require_system(named: str | None, degrees: bool | None, points: Floats) -> N
         other = named and known_system(named)
     except CaseError:
         return
-    if named and other and not _same_places(by.source, named, points):
+    if named and other and not same_places(by.source, named, points):
         code = ":".join(other.to_authority() or ())
         system = other.name if code in ("", other.name) else f"{other.name} ({code})"
         raise CaseError(
@@ -362,7 +362,7 @@ def require_system(named: str | None, degrees: bool | None, points: Floats) -> N
         )
 
 
-def _same_places(first: str, second: str, points: Floats) -> bool:
+def same_places(first: str, second: str, points: Floats) -> bool:
     """Whether points (n, 2) are the same places in two systems, within the differences of variants of a system."""
     if same_system(first, second):
         return True

@@ -27,6 +27,7 @@ from bubblemesh.problem.files import own_files
 from bubblemesh.problem.lines_and_points import lines_of, points_of
 from bubblemesh.problem.repair import repair_of, with_repair
 from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_areas_of, selection_of
+from bubblemesh.readers.systems import one_system
 
 if TYPE_CHECKING:
     from bubblemesh.problem.shoreline.box import Sea
@@ -42,7 +43,7 @@ def case_domain(case: Case) -> Domain:
     tell_places_of(None)
     tell_places_by(None)
     by = None if case.crs is None else projecting_of(case.crs)
-    with about(DOMAIN), own_files(case.domain, case.root), projecting(by):
+    with about(DOMAIN), own_files(case.domain, case.root), projecting(by), one_system():
         try:
             domain = _sea(case) if isinstance(case.domain, ShoreDomain) else _domain(case.domain)
             return domain if by is None else replace(domain, plane=by.plane)

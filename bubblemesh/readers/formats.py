@@ -138,7 +138,7 @@ def read_regions(path: Path, selection: Selection, key: str, limits: bool = True
     """
     with prefixed(path):
         content = read_content(path, selection)
-        features = projected_features(content, selection)
+        features = projected_features(path, content, selection)
         _, size_notes = _measured(content, features, selection)
         areas, notes = named_areas(features, key, selection)
         if selection.repair is not None:
@@ -166,7 +166,7 @@ def files_of(path: Path) -> list[Path]:
 def _chosen(path: Path, selection: Selection, is_map: bool = False) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings; ``is_map`` for its notes."""
     content = read_content(path, selection)
-    features = projected_features(content, selection)
+    features = projected_features(path, content, selection)
     size, size_notes = _measured(content, features, selection, is_map)
     found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]

@@ -36,7 +36,7 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
     """
     with prefixed(path):
         content = read_content(path, selection, "lines")
-        features, clips = clipped(projected_features(content, selection), Joining(selection.join))
+        features, clips = clipped(projected_features(path, content, selection), Joining(selection.join))
         used = _first_with(features, lambda one: one.bounds)
         curves, slips = without_copies([curve for one in used for curve in one.curves])
         found = []
@@ -93,7 +93,7 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
     """
     with prefixed(path):
         content = read_content(path, selection, "points")
-        features, clips = clipped(projected_features(content, selection), Joining(selection.join))
+        features, clips = clipped(projected_features(path, content, selection), Joining(selection.join))
         used = _first_with(features, lambda one: bool(one.points))
         if not any(one.points for one in used):
             more = ", as no drawing in SVG has" if path.suffix.lower() == ".svg" else ""

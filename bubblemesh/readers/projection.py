@@ -1,6 +1,7 @@
 """Features of files, projected to the plane of a case, if its coordinates are places on the earth."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -18,16 +19,18 @@ from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.rings import LineTo
 from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.selection import Selection
+from bubblemesh.readers.systems import require_one_system
 
 
-def projected_features(content: FeatureCollection, selection: Selection) -> list[Feature]:
+def projected_features(path: Path, content: FeatureCollection, selection: Selection) -> list[Feature]:
     """The selected features of a file, projected to the plane of the case if it has one.
 
     The same CaseError as `Selection.of`, and CaseError for curves that are not straight and for a unit of length, which
-    places on the earth do not have.
+    places on the earth do not have; without a projection, for a file in another system than those before it.
     """
     features = selection.of(content.features)
     if not is_projecting():
+        require_one_system(path, content, vertices_of(features))
         return features
     if selection.factor(content) != 1:
         raise CaseError("units and scale are not for coordinates with a crs: leave them out")

@@ -313,6 +313,47 @@ def test_sides_that_no_vertex_lies_on_get_none():
     assert len(case_domain(case(middle)).boundary.corners) == 5
 
 
+def feature_file(path, kind, points, system=None):
+    crs = {} if system is None else {"crs": {"type": "name", "properties": {"name": f"urn:ogc:def:crs:EPSG::{system}"}}}
+    shape = {"type": kind, "coordinates": [points] if kind == "Polygon" else points}
+    path.write_text(json.dumps({"type": "Feature", "properties": {}, "geometry": shape} | crs))
+
+
+@pytest.mark.parametrize(
+    ("system", "line", "told"),
+    [
+        (
+            25833,
+            [[2e5, 53e5], [3e5, 54e5]],
+            "its coordinates are in ETRS89 / UTM zone 33N (EPSG:25833), those of land.",
+        ),
+        (
+            4326,
+            [[9, 47.85], [9.1, 47.9]],
+            "its coordinates are in WGS 84 (EPSG:4326), those of land.geojson in WGS 84 / ",
+        ),
+        (
+            None,
+            [[9, 47.85], [9.1, 47.9]],
+            "all of its coordinates are in the range of degrees, and those of land.geojson",
+        ),
+        (25832, [[505e3, 5299e3], [515e3, 5301e3]], None),
+        (None, [[505e3, 5299e3], [515e3, 5301e3]], None),
+    ],
+)
+def test_files_of_one_domain_are_in_one_system_without_crs(system, line, told, in_folder):
+    x0, y0, x1, y1 = PLAIN
+    feature_file(in_folder / "land.geojson", "Polygon", [[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]], 32632)
+    feature_file(in_folder / "line.geojson", "LineString", line, system)
+    text = json.dumps({"domain": {"file": "land.geojson", "lines": [{"file": "line.geojson"}]}, "spacing": 500})
+    if told is None:
+        assert case_domain(load_case("a.yaml", text=text)).labels[-1] == "line-1"
+        return
+    with pytest.raises(CaseError) as error:
+        case_domain(load_case("a.yaml", text=text))
+    assert f"line.geojson: {told}" in str(error.value)
+
+
 def test_lines_of_files_keep_their_labels(in_folder):
     levees = {"type": "LineString", "coordinates": [[9.12, 47.87], [9.2, 47.87], [9.2, 47.9]]}
     long = {"type": "LineString", "coordinates": [[8.1, 47.3], [9.9, 47.3]]}
