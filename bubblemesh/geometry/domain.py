@@ -1,7 +1,7 @@
 """A plane domain of one or several areas with holes: what is inside, and how far the boundary is."""
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -144,7 +144,11 @@ class Domain(Uncached):
         require_domain(domain.polygonal_copy, names, keys)
         if inner:
             inner = without_outside(inner, domain.polygon, domain.signed_distance)
-            domain = bounded_by(partitioned(boundary, inner, domain.polygon) if inner else boundary, inner)
+            remarks = inner.remarks
+            if inner:
+                boundary, overlaps = partitioned(boundary, inner, domain.polygon)
+                remarks = (*remarks, *overlaps)
+            domain = bounded_by(boundary, replace(inner, remarks=remarks))
         require_separation(domain.boundary, domain.corner_fans)
         return domain
 

@@ -11,7 +11,7 @@ from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import OpenPath, Point
 from bubblemesh.geometry.similarity import Similarity
-from bubblemesh.messages import counted, meant
+from bubblemesh.messages import counted, meant, place
 from bubblemesh.readers.clips import clipped
 from bubblemesh.readers.features import INNER, SPARE, CompoundCurve, Feature, text_of, writable_label
 from bubblemesh.readers.formats import FORMATS, length_notes, read_content
@@ -20,6 +20,8 @@ from bubblemesh.readers.rings.duplicates import without_copies, without_same_cir
 from bubblemesh.readers.rings.joining import Joining
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.slips import Slips
+
+MOST_NAMED = 5
 
 
 class FilePoint(NamedTuple):
@@ -104,15 +106,27 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
             _require_property(used, name)
         notes = [*content.notes, *clips]
         found: dict[Point, str | None] = {}
-        slips = Slips()
+        slips, unused = Slips(), list[str]()
         for at, label in _places(used, name, notes):
             if at in found:
                 slips += Slips(doubles=1, first=at)
+                if label is not None and label != found[at]:
+                    unused.append(f"{label!r} at {place(at)}, where {found[at] or 'another point'!r} is")
             else:
                 found[at] = label
     factor = selection.factor(content)
     places = [FilePoint((x * factor, y * factor), label) for (x, y), label in found.items()]
-    return places, tuple(f"{path.name}: {note}" for note in (*dict.fromkeys(notes), *slips.notes))
+    return places, tuple(
+        f"{path.name}: {note}" for note in (*dict.fromkeys(notes), *slips.notes, *_unused_notes(unused))
+    )
+
+
+def _unused_notes(unused: Sequence[str]) -> Iterator[str]:
+    """Note on labels of points in the place of others, with their places."""
+    if unused:
+        more = f" and {len(unused) - MOST_NAMED} more" if len(unused) > MOST_NAMED else ""
+        named = ", ".join(unused[:MOST_NAMED]) + more
+        yield f"{counted(len(unused), 'label')} left out, of points in the place of others: {named}"
 
 
 def _first_with(features: Sequence[Feature], has: Callable[[Feature], bool]) -> list[Feature]:

@@ -207,3 +207,55 @@ def test_inner_segments_of_a_poly_file_are_cut_at_its_domain_or_left_out_with_a_
         "a.poly: left out, outside of the domain: segment in line 17",
         "a.poly: cut off at the boundary, beyond which they go on: segment in line 16",
     )
+
+
+def test_labels_of_points_in_the_place_of_others_are_told(tmp_path):
+    (tmp_path / "wells.csv").write_text("ID,x,y\nW01,0.5,0.5\nW02,0.5,0.5\nW01,0.5,0.5\nW03,0.7,0.5\n")
+    text = f"""
+domain: {{outer: {{rectangle: [0, 0, 1, 1]}}, points: [{{file: {tmp_path}/wells.csv, name: ID}}]}}
+spacing: 0.2
+"""
+    domain = case_domain(load_case(tmp_path / "case.yaml", text=text))
+    assert domain.labels == ("outer", "W01", "W03")
+    assert domain.notes[-1] == (
+        "wells.csv: 1 label left out, of points in the place of others: 'W02' at (0.5, 0.5), where 'W01' is"
+    )
+
+
+def test_lines_that_run_along_each_other_are_told(tmp_path):
+    text = """
+domain:
+  outer: {rectangle: [0, 0, 80, 60], label: rim}
+  lines:
+    - {path: [[10, 10], [50, 10]], label: A}
+    - {path: [[30, 10], [70, 10]], label: B}
+    - {path: [[60, 0], [75, 0], [75, 20]], label: C}
+    - {path: [[20, 10], [20, 40]], label: A}
+spacing: 9
+"""
+    domain = case_domain(load_case(tmp_path / "case.yaml", text=text))
+    assert sorted(domain.notes) == [
+        "the line 'B' runs along 'A' at (40, 10): that part of it has the label 'A' alone",
+        "the line 'C' runs along 'rim' at (67.5, 0): that part of it has the label 'rim' alone",
+    ]
+
+
+def test_equal_rings_of_a_file_keep_their_names_in_a_repair(tmp_path):
+    bow_tie, square = (
+        [[10, 10], [20, 20], [20, 10], [10, 20], [10, 10]],
+        [[50, 50], [60, 50], [60, 60], [50, 60], [50, 50]],
+    )
+    features = [
+        {"type": "Feature", "id": 10 + k, "properties": {}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
+        for k, ring in enumerate([bow_tie, square, square])
+    ]
+    (tmp_path / "feat.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    text = f"""
+domain:
+  outer: {{rectangle: [0, 0, 100, 100]}}
+  holes: [{{file: {tmp_path}/feat.geojson, label: b, repair: true}}]
+spacing: 5
+"""
+    message = r"feature 2 \(12\)\) lies inside hole 3 \(feat.geojson: feature 1 \(11\)\)"
+    with pytest.raises(GeometryError, match=message):
+        case_domain(load_case(tmp_path / "case.yaml", text=text))

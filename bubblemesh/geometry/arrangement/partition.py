@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, turned_left
+from bubblemesh.arrays import Booleans, Floats, Integers, turned_left
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
@@ -29,8 +29,8 @@ COARSEST = 1e-6  # of the domain's size: largest rounding error with which regio
 NOTHING = 1e-6  # share of a region's area that counts as zero: the error of a curve's chords
 
 
-def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon) -> Boundary:
-    """The boundary of rings with inner pieces, noded, and with the regions on either side of all pieces.
+def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon) -> tuple[Boundary, tuple[str, ...]]:
+    """The boundary of rings with inner pieces, noded, and with the regions on either side of all pieces, and notes.
 
     Rings of regions and embedded lines end at the boundary of the domain, the polygon. Where several lines run along
     each other there is one piece: that of the ring if there is one, else of an embedded line, else of the first region.
@@ -48,12 +48,14 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     whole = noded(whole, size, len(boundary.corners), parts)
     areas = region_polygons(whole, parts)
     require_regions_apart(areas, [region.name for region in parts.regions], slack_of(whole, parts, size))
-    whole = without_doubles(whole, TOUCHING * size)
+    keep, pairs = doubles(whole, TOUCHING * size)
+    notes = overlap_notes(whole, parts.lines, pairs[keep[pairs[:, 1]]])
+    whole = whole.select(np.flatnonzero(keep))
     whole = clipped_to_domain(whole, parts.points, TOUCHING * size)
     _require_lines(whole, parts.lines)
     whole = _sided(whole, areas)
     _require_seen(whole, parts.regions)
-    return replace(whole, ring=np.maximum(whole.ring, -1))
+    return replace(whole, ring=np.maximum(whole.ring, -1)), notes
 
 
 def _size(polygon: shapely.Polygon) -> float:
@@ -82,6 +84,12 @@ def _require_inside(parts: InnerParts, outlines: Sequence[shapely.Polygon], poly
 
 def without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
     """The boundary without inner pieces that run along another piece or have no length."""
+    keep, _ = doubles(boundary, tolerance)
+    return boundary.select(np.flatnonzero(keep))
+
+
+def doubles(boundary: Boundary, tolerance: float) -> tuple[Booleans, Integers]:
+    """Mask (p,) of the pieces that stay, and pairs (k, 2) of an inner piece and another one that it runs along."""
     low, high = np.sort(np.column_stack([boundary.start, boundary.end]), axis=1).T
     numbers = np.arange(len(boundary.kind))
     middle = boundary.points(numbers, boundary.lengths / 2)
@@ -92,7 +100,22 @@ def without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
     i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=10 * tolerance)
     double = (rank[j] < rank[i]) & (low[i] == low[j]) & (high[i] == high[j]) & boundary.inner[i]
     keep[i[double]] = False
-    return boundary.select(np.flatnonzero(keep))
+    return keep, np.column_stack([i[double], j[double]])
+
+
+def overlap_notes(boundary: Boundary, lines: Sequence[OpenPath], pairs: Integers) -> tuple[str, ...]:
+    """Notes on embedded lines with pieces that run along others, by pairs (k, 2) of these; the others' labels count."""
+    told: dict[str, None] = {}
+    for piece, other in pairs.tolist():
+        number = -1 - int(boundary.ring[piece])
+        label, own = (boundary.labels[boundary.label[k]] for k in (other, piece))
+        if 0 <= number < len(lines) and label != own:
+            middle = boundary.points(np.array([piece]), boundary.lengths[[piece]] / 2)[0]
+            told.setdefault(
+                f"the line {lines[number].name} runs along {label!r} at {place(middle)}: that part of it has the label "
+                f"{label!r} alone"
+            )
+    return tuple(told)
 
 
 def clipped_to_domain(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
