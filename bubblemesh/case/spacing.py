@@ -40,7 +40,7 @@ class Growing(Strict):
 class NearLabel(Growing):
     """Spacing near all that has a label."""
 
-    label: Label = Field(description="Label of sides, interfaces, embedded lines or points.")
+    label: OneOrMore[Label] = Field(description="Labels of sides, interfaces, embedded lines or points.")
 
 
 class NearPoint(Growing):

@@ -55,8 +55,8 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
         match near:
             case NearLabel():
                 with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
-                    require_labels(domain, [near.label])
-                labels.setdefault(law, []).append(near.label)
+                    require_labels(domain, several(near.label))
+                labels.setdefault(law, []).extend(several(near.label))
             case NearPoint():
                 if (near.size, near.growth, near.until) not in points:
                     yield Proximity(distance_to_line([near.point]), *law)
@@ -85,7 +85,7 @@ def near_spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
     for near in models:
         match near:
             case NearLabel():
-                labels.add(near.label)
+                labels.update(several(near.label))
             case NearPoint():
                 yield np.array([near.point])
             case NearLine():

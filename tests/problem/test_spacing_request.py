@@ -59,6 +59,7 @@ TERMS = [
     ("{near: [{label: bore, size: 0.05}], growth: 0.3}", 0.05 + 0.3 * BORE),
     ("{near: [{label: bore, size: 0.05, until: 0.4, growth: 0.1}]}", 0.05 + 0.1 * np.maximum(BORE - 0.4, 0)),
     ("{near: [{label: crack, size: 0.05}]}", 0.05 + 0.2 * CRACK),
+    ("{near: [{label: [bore, crack], size: 0.05}]}", 0.05 + 0.2 * np.minimum(BORE, CRACK)),
     ("{near: [{label: core-rim, size: 0.05}]}", 0.05 + 0.2 * CORE_RIM),
     ("{near: [{label: well, size: 0.03}]}", 0.03 + 0.2 * WELL),
     (
