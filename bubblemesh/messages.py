@@ -98,10 +98,14 @@ def place(point: "Floats | Sequence[float]", size: float | None = None, finer: i
     given = _given.get()
     x, y = float(point[0]), float(point[1])
     if given is not None and isfinite(x) and isfinite(y):
-        x, y = given((x, y))
-        return f"({x:.{6 + finer}g}, {y:.{6 + finer}g})"
+        return "({}, {})".format(*(_given_coordinate(value, finer) for value in given((x, y))))
     known = (size or _size.get() or UNKNOWN / TOLD_APART * max(abs(x), abs(y))) / 10**finer
     return f"({coordinate(x, known)}, {coordinate(y, known)})"
+
+
+def _given_coordinate(value: float, finer: int) -> str:
+    """A coordinate of a place on the earth: a degree to about a metre, a length of metres to a tenth of one."""
+    return f"{value:.{max(6, len(str(int(abs(value)))) + 1) + finer}g}"
 
 
 def two_places(first: "Floats | Sequence[float]", second: "Floats | Sequence[float]") -> tuple[str, str]:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
+from math import isfinite
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -170,7 +171,7 @@ def _message(problem: dict[str, Any], model: type[BaseModel]) -> str:
     if kind in WITHOUT_VALUE:
         return message
     advice = ""
-    if kind in ("float_type", "int_type") and is_number(value):
+    if kind in ("float_type", "int_type") and is_number(value) and isfinite(float(value)):
         advice = "; remove the quotes"
     elif kind == "tuple_type":
         advice = "; write [a, b], or a line with a dash for each entry"

@@ -69,8 +69,10 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int, cover: Cover | No
     found = extremes(domain, spacing, cover)
     if found.minimum < VANISHING * min(domain.size, found.maximum):  # one that is small everywhere exceeds the limit
         with at_key(*spacing.keys(np.array([found.minimum_at]))[0]):
+            where = f"falls to {found.minimum:.3g} at {place(found.minimum_at)}"
             raise CaseError(
-                f"falls to {found.minimum:.3g} at {place(found.minimum_at)}: it has to be positive in the whole domain"
+                f"{where}: it has to be positive in the whole domain, and at least {VANISHING:g} of its size or of the "
+                "largest spacing"
             )
     return Survey(found, ideal_nodes(domain, spacing, max_nodes, TOLERANCE, cover), cover)
 

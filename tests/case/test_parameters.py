@@ -37,6 +37,7 @@ def test_a_long_chain_of_parameters_is_no_danger():
         ("{a: x + 1}", "unknown name 'x'"),
         ("{a: 1/0}", "parameters.a: must be a finite number (found inf)"),
         ("{a: '0.5'}", "parameters.a: must be a number (found the text '0.5'; remove the quotes)"),
+        ("{a: 'nan'}", "parameters.a: must be a number (found the text 'nan')"),
         ("{a: true, b: a}", "parameters.a: must be a number (found true)"),
         ("{a: (, b: ']'}", "parameters.b: must be a number, or an expression of other parameters: column 1"),
         ("{a: sqrt}", "'sqrt' is a function"),

@@ -12,7 +12,7 @@ from invariants import check_mesh
 from bubblemesh import mesh
 from bubblemesh.adaptivity.adapt import Target, adapted
 from bubblemesh.case import load_case
-from bubblemesh.errors import CaseError
+from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.geography import BENT, Plane, Projecting
 from bubblemesh.geometry.paths import Line, Polyline
 from bubblemesh.geometry.rings import circle, polygon
@@ -352,6 +352,15 @@ def test_files_of_one_domain_are_in_one_system_without_crs(system, line, told, i
     with pytest.raises(CaseError) as error:
         case_domain(load_case("a.yaml", text=text))
     assert f"line.geojson: {told}" in str(error.value)
+
+
+def test_places_in_metres_are_told_to_a_tenth_of_a_metre():
+    domain = {
+        "outer": {"rectangle": PLAIN},
+        "points": [{"at": [508187.46, 5298123.45]}, {"at": [508187.46, 5298123.45]}],
+    }
+    with pytest.raises(GeometryError, match=r"both at \(508187.5, 5298123\.[45]\)"):
+        case_domain(case(domain, 2000, METRES))
 
 
 def test_lines_of_files_keep_their_labels(in_folder):
