@@ -8,17 +8,16 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers, select
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
+from bubblemesh.geometry.arrangement.bellies import NEWTON_STEPS, SAGITTA
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import turning
 from bubblemesh.messages import place
 
-NEWTON_STEPS = 12
 PARALLEL = 1e-6  # sine of the angle between two lines, below which they follow each other rather than cross
 SAME_BEND = 1e-3  # relative difference of two curvatures, below which curves run beside each other
 BESIDE_ANGLE = 2e-5  # radians between them: `SAME_BEND` of the turn along a chord, which is 0.025
 ENDS = -0.5, 0.5  # of a chord, in its length from the middle
-SAGITTA = 0.02  # of a chord's length: bound for the distance of its curve
 
 
 class CutPoints(NamedTuple):

@@ -8,8 +8,8 @@ import shapely
 from bubblemesh.arrays import Floats, Integers, concatenated, select
 from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
+from bubblemesh.geometry.arrangement.bellies import NEWTON_STEPS
 from bubblemesh.geometry.arrangement.crossings import (
-    NEWTON_STEPS,
     ChordBoxes,
     CutPoints,
     between_ends,

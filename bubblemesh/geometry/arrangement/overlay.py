@@ -16,6 +16,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
+from bubblemesh.geometry.arrangement.bellies import bellies
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.partition import probes, without_doubles
 from bubblemesh.geometry.arrangement.regions import InnerParts
@@ -62,10 +63,18 @@ def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
     before = Boundary.empty().with_inner(paths)
     size = size_of(np.vstack(copies))
     split = noded(before, size, 0, InnerParts(lines=paths))
-    shapes = _shapes(areas, split)
-    split = without_doubles(split, TOUCHING * size)
-    left, right = (RULES[rule](_inside(points, shapes, owner, len(operands))) for points in probes(split))
-    return areas_beside(rings, before, split, left, right)
+    shapes, area_of_ring = _shapes(areas, split), np.repeat(np.arange(len(areas)), [len(area.rings) for area in areas])
+    single = without_doubles(split, TOUCHING * size)
+
+    def inside(points: Floats) -> Booleans:
+        found = _inside(points, shapes)
+        # What is between a chord and its curve is on the other side of the ring than in the polygon.
+        point, piece, _ = bellies(split, points)
+        np.logical_xor.at(found, (area_of_ring[-1 - split.ring[piece]], point), True)
+        return np.stack([np.logical_or.reduce(found[owner == k]) for k in range(len(operands))])
+
+    left, right = (RULES[rule](inside(points)) for points in probes(single))
+    return areas_beside(rings, before, single, left, right)
 
 
 def areas_beside(
@@ -103,11 +112,11 @@ def _shapes(areas: Sequence[Area], split: Boundary) -> list[shapely.Polygon]:
     return [shapely.Polygon(next(outlines), [next(outlines) for _ in area.holes]) for area in areas]
 
 
-def _inside(points: Floats, shapes: Sequence[shapely.Polygon], owner: Integers, count: int) -> Booleans:
-    """Mask (k, m) of the points (m, 2) that are within each of the operands."""
-    inside = np.zeros((count, len(points)), bool)
+def _inside(points: Floats, shapes: Sequence[shapely.Polygon]) -> Booleans:
+    """Mask (a, m) of the points (m, 2) that are within each of the polygons."""
+    inside = np.zeros((len(shapes), len(points)), bool)
     shape, point = shapely.STRtree(shapely.points(points)).query(np.array(shapes, dtype=object), predicate="contains")
-    inside[owner[shape], point] = True
+    inside[shape, point] = True
     return inside
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Self
 
 import numpy as np
 import shapely
@@ -13,20 +14,20 @@ from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.regions import (
     InnerParts,
     Region,
-    region_at,
-    region_polygons,
-    require_regions_apart,
-    slack_of,
+    RegionsAround,
+    innermost,
+    overlapping,
+    regions_around,
 )
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import place
+from bubblemesh.records import record
 
-ASIDE, ASIDE_OF_A_CURVE = 1e-6, 0.02  # of a chord's length: distance from a piece at which its region is looked up
+ASIDE, ASIDE_OF_A_CURVE = 1e-6, 1e-5  # of a chord's length: distance from a piece at which its region is looked up
 COARSEST = 1e-6  # of the domain's size: largest rounding error with which regions and lines still work
-NOTHING = 1e-6  # share of a region's area that counts as zero: the error of a curve's chords
 
 
 def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon) -> tuple[Boundary, tuple[str, ...]]:
@@ -41,21 +42,21 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
         If regions overlap or lie outside, a line or a point is outside of the domain, or a vertex is next to a line but
         not on it; with the coordinates.
     """
+    for region in parts.regions:
+        _ = region.polygon  # an invalid ring is reported before it is compared with others
     size = _size(polygon)
-    outlines = [region.polygon for region in parts.regions]
-    _require_inside(parts, outlines, polygon)
+    tolerance = TOUCHING * size
     whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
     whole = noded(whole, size, len(boundary.corners), parts)
-    areas = region_polygons(whole, parts)
-    require_regions_apart(areas, [region.name for region in parts.regions], slack_of(whole, parts, size))
-    keep, pairs = doubles(whole, TOUCHING * size)
+    keep, pairs = doubles(whole, tolerance)
     notes = overlap_notes(whole, parts.lines, pairs[keep[pairs[:, 1]]])
-    whole = whole.select(np.flatnonzero(keep))
-    whole = clipped_to_domain(whole, parts.points, TOUCHING * size)
-    _require_lines(whole, parts.lines)
-    whole = _sided(whole, areas)
-    _require_seen(whole, parts.regions)
-    return replace(whole, ring=np.maximum(whole.ring, -1)), notes
+    single = whole.select(np.flatnonzero(keep))
+    sides = _Sides.of(single, whole, parts, polygon)
+    sides.require_regions_apart()
+    single = clipped_to_domain(sides.numbered(), parts.points, tolerance)
+    _require_lines(single, parts.lines)
+    sides.require_seen(single)
+    return replace(single, ring=np.maximum(single.ring, -1)), notes
 
 
 def _size(polygon: shapely.Polygon) -> float:
@@ -72,14 +73,6 @@ def _size(polygon: shapely.Polygon) -> float:
             "coordinates hides which regions and lines meet: move it nearer to the origin"
         )
     return max(size, rounding / TOUCHING)
-
-
-def _require_inside(parts: InnerParts, outlines: Sequence[shapely.Polygon], polygon: shapely.Polygon) -> None:
-    for region, outline in zip(parts.regions, outlines, strict=True):
-        if not polygon.intersects(outline) or polygon.intersection(outline).area <= NOTHING * outline.area:
-            where = first_place(outline)
-            with about(region.key):
-                raise GeometryError(f"region {region.name!r} at {where} lies outside the domain: move or remove it")
 
 
 def without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
@@ -167,31 +160,72 @@ def _require_lines(boundary: Boundary, paths: Sequence[OpenPath]) -> None:
                 )
 
 
-def _sided(boundary: Boundary, areas: Sequence[shapely.Polygon]) -> Boundary:
-    """The boundary with the numbers of the regions on both sides of its pieces."""
-    left, right = (region_at(points, areas) for points in probes(boundary))
-    return replace(boundary, left=left, right=np.where(boundary.inner, right, -1))
+@record
+class _Sides:
+    """Both sides of the pieces (p,) of a boundary, the left ones before the right ones, and the regions there."""
+
+    boundary: Boundary
+    regions: Sequence[Region]
+    around: RegionsAround
+    within: Booleans  # (2 p,): in the domain
+
+    @classmethod
+    def of(cls, boundary: Boundary, noded: Boundary, parts: InnerParts, polygon: shapely.Polygon) -> Self:
+        """The sides of a boundary; ``noded`` is the one with its doubles, and the polygon is the domain."""
+        around = regions_around(np.vstack(probes(boundary)), noded, parts)
+        middle = boundary.points(np.arange(len(boundary.kind)), boundary.lengths / 2)
+        inside = boundary.inner & shapely.contains_xy(polygon, middle)
+        return cls(boundary, parts.regions, around, np.append(inside | ~boundary.inner, inside))
+
+    def numbered(self) -> Boundary:
+        """The boundary with the number of the innermost region on each side."""
+        sides = np.bincount(self.around.region, minlength=len(self.regions))  # fewer in a region within another one
+        left, right = np.split(innermost(self.around, len(self.within), sides), 2)
+        return replace(self.boundary, left=left, right=np.where(self.boundary.inner, right, -1))
+
+    def require_regions_apart(self) -> None:
+        """Check that regions overlap only by one being inside the other; GeometryError with the names and a place."""
+        pair = overlapping(self.around, len(self.regions))
+        if pair is None:
+            return
+        i, j, same = pair
+        one, other = (self.around.point[self.around.region == number] for number in (i, j))
+        shared = np.intersect1d(one, other)
+        # Of several places the one on the longest side, if possible in the domain.
+        best = shared[np.lexsort((self.boundary.lengths[shared % len(self.boundary.kind)], self.within[shared]))[-1]]
+        piece = np.array([best % len(self.boundary.kind)])
+        where = place(self.boundary.points(piece, self.boundary.lengths[piece] / 2)[0])
+        names = f"regions {self.regions[i].name!r} and {self.regions[j].name!r}"
+        with about(self.regions[j].key):
+            if same:
+                raise GeometryError(f"{names} at {where} are the same: remove one of them")
+            raise GeometryError(f"{names} overlap at {where}: give them a common side")
+
+    def require_seen(self, boundary: Boundary) -> None:
+        """Check that each region is on some side of the pieces of the boundary; GeometryError about the first one."""
+        seen = {*boundary.left.tolist(), *boundary.right.tolist()}
+        for number, region in enumerate(self.regions, start=1):
+            if number not in seen:
+                sides = self.around.point[self.around.region == number - 1]
+                where = f"region {region.name!r} at {first_place(region.polygon)}"
+                with about(region.key):
+                    if len(sides) == 0:
+                        raise GeometryError(
+                            f"{where} is thinner than {TOUCHING:g} of the domain, which counts as nothing: make it "
+                            "wider, or remove it"
+                        )
+                    if not self.within[sides].any():
+                        raise GeometryError(f"{where} lies outside the domain: move or remove it")
+                    raise GeometryError(f"nothing is left of {where} beside the regions within it: remove one of them")
 
 
 def probes(boundary: Boundary) -> tuple[Floats, Floats]:
     """Points (p, 2) next to the middles of the pieces, on the left and on the right of them."""
     numbers = np.arange(len(boundary.kind))
     piece, s, step = boundary.stations()
-    # The middle of a chord is in the middle between the corners of the regions' polygons.
     first = np.searchsorted(piece, numbers)
     chord = first + np.bincount(piece) // 2
     at = s[chord] + step[chord] / 2
-    middle = (boundary.points(numbers, s[chord]) + boundary.points(numbers, s[chord] + step[chord])) / 2
     aside = np.where(boundary.curved, ASIDE_OF_A_CURVE, ASIDE) * step[chord]
-    normal = aside[:, None] * turned_left(boundary.tangents(numbers, at))
+    middle, normal = boundary.points(numbers, at), aside[:, None] * turned_left(boundary.tangents(numbers, at))
     return middle + normal, middle - normal
-
-
-def _require_seen(boundary: Boundary, regions: Sequence[Region]) -> None:
-    seen = {*boundary.left.tolist(), *boundary.right.tolist()}
-    for number, region in enumerate(regions, start=1):
-        if number not in seen:
-            where = first_place(region.polygon)
-            problem = f"nothing is left of region {region.name!r} at {where} beside the regions within it"
-            with about(region.key):
-                raise GeometryError(f"{problem}: remove one of them")

@@ -3,20 +3,28 @@
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.errors import GeometryError, Key, about
-from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
+from bubblemesh.geometry.arrangement import TOUCHING
+from bubblemesh.geometry.arrangement.bellies import bellies
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, InnerPoint, Line, OpenPath, Point, Ring
-from bubblemesh.geometry.validity import explained, first_place, simple_polygon
+from bubblemesh.geometry.validity import explained, simple_polygon
 from bubblemesh.records import Uncached, record
 
 RIM_OF_A_CURVE = 1e-4  # of a region's extent: bound for the error of the chords of its polygonal copy
-BELLY = 0.01  # of the square of a chord's length: bound for the area between it and its curve
+
+
+class RegionsAround(NamedTuple):
+    """Points, and indices of the regions around them."""
+
+    point: Integers  # (m,)
+    region: Integers  # (m,)
 
 
 @record
@@ -131,7 +139,7 @@ class InnerParts:
         return np.array([0, *(number[region.name] for region in self.regions)])
 
 
-def region_polygons(boundary: Boundary, parts: InnerParts) -> list[shapely.Polygon]:
+def _region_polygons(boundary: Boundary, parts: InnerParts) -> list[shapely.Polygon]:
     """The regions as polygons of the chords of the noded pieces, so that common sides are the same in each."""
     chords = boundary.chords()
     path = -1 - boundary.ring[chords.piece]
@@ -144,41 +152,52 @@ def region_polygons(boundary: Boundary, parts: InnerParts) -> list[shapely.Polyg
     return areas
 
 
-def slack_of(boundary: Boundary, parts: InnerParts, size: float) -> Floats:
-    """Possible error (r,) of the area of each region's polygon, along its rim."""
-    piece, _, step = boundary.stations()
-    off = NEARLY * size * step + np.where(boundary.curved[piece], BELLY * step**2, 0)
-    inner = boundary.inner[piece]
-    number = parts.region_of_path[-1 - boundary.ring[piece[inner]]]
-    total = np.bincount(number, off[inner], minlength=len(parts.regions) + 1)
-    return np.asarray(total[1:], float)
+def regions_around(points: Floats, boundary: Boundary, parts: InnerParts) -> RegionsAround:
+    """The regions around points (n, 2), by the pieces of a noded boundary.
+
+    Points that are between a chord and its curve are on the other side of the region's rim than in its polygon.
+    """
+    areas = np.array(_region_polygons(boundary, parts), dtype=object)
+    region, point = shapely.STRtree(shapely.points(points)).query(areas, predicate="contains")
+    beside = bellies(boundary, points)
+    inner = boundary.inner[beside.piece]
+    of = parts.region_of_path[-1 - boundary.ring[beside.piece[inner]]] - 1
+    pairs = np.append(point * len(areas) + region, (beside.point[inner] * len(areas) + of)[of >= 0])
+    pair, count = np.unique(pairs, return_counts=True)
+    return RegionsAround(*np.divmod(pair[count % 2 == 1], max(len(areas), 1)))
 
 
-def require_regions_apart(areas: Sequence[shapely.Polygon], names: Sequence[str], slack: Floats) -> None:
-    """Check that regions overlap only by one being inside the other; GeometryError with the names and a place."""
-    shapes = np.array(areas, dtype=object)
-    i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
-    i, j = i[i < j], j[i < j]
-    common = shapely.intersection(shapes[i], shapes[j])
-    off = slack[i] + slack[j]
-    shared = shapely.area(common)
-    size = shapely.area(shapes)
-    overlapping = (shared > off) & (shared < np.minimum(size[i], size[j]) - off)
-    same = shared >= np.maximum(size[i], size[j]) - off
-    for k in np.flatnonzero(overlapping | same):
-        names_of_both = f"regions {names[i[k]]!r} and {names[j[k]]!r}"
-        where = first_place(shapely.point_on_surface(common[k]))
-        if same[k]:
-            raise GeometryError(f"{names_of_both} at {where} are the same: remove one of them")
-        raise GeometryError(f"{names_of_both} overlap at {where}: give them a common side")
+def overlapping(around: RegionsAround, count: int) -> tuple[int, int, bool] | None:
+    """The first two of ``count`` regions that overlap, but not by one being inside the other; whether they are equal.
+
+    ``around`` has the regions on the sides of all pieces: two of them have something in common if a side is in both,
+    and each has something of its own if a side is in it, but not in the other.
+    """
+    if len(around.point) == len(each_once(around.point)):
+        return None
+    from scipy.sparse import csr_array  # takes longer to load than most cases take to mesh
+
+    sides = int(around.point.max()) + 1
+    inside = csr_array((np.ones(len(around.point), np.int64), around), shape=(sides, count))
+    common = (inside.T @ inside).tocoo()
+    i, j, both = common.row, common.col, common.data
+    rest_i, rest_j = (np.bincount(around.region, minlength=count)[number] - both for number in (i, j))
+    found = np.flatnonzero((i < j) & ((rest_i > 0) == (rest_j > 0)))
+    if len(found) == 0:
+        return None
+    k = found[np.lexsort((j[found], i[found]))[0]]
+    return int(i[k]), int(j[k]), not rest_i[k]
 
 
 def region_at(points: Floats, areas: Sequence[shapely.Polygon]) -> Integers:
     """Number (n,) of the innermost region at points (n, 2); 0 outside of all regions."""
-    found = np.zeros(len(points), np.int64)
-    if len(areas) == 0:
-        return found
-    number, point = shapely.STRtree(shapely.points(points)).query(np.array(areas, dtype=object), predicate="contains")
-    order = np.argsort(-shapely.area(areas)[number], kind="stable")  # smaller areas are written later
-    found[point[order]] = number[order] + 1
+    region, point = shapely.STRtree(shapely.points(points)).query(np.array(areas, dtype=object), predicate="contains")
+    return innermost(RegionsAround(point, region), len(points), shapely.area(areas))
+
+
+def innermost(around: RegionsAround, count: int, sizes: Floats | Integers) -> Integers:
+    """Number (n,) of the smallest of the regions around each of ``count`` points, by sizes (r,); 0 outside of all."""
+    found = np.zeros(count, np.int64)
+    order = np.argsort(-sizes[around.region], kind="stable")  # smaller ones are written later
+    found[around.point[order]] = around.region[order] + 1
     return found

@@ -8,6 +8,7 @@ import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.arrangement import TOUCHING
+from bubblemesh.geometry.arrangement.bellies import bellies
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.overlay import areas_beside, size_of
 from bubblemesh.geometry.arrangement.partition import probes, without_doubles
@@ -34,11 +35,18 @@ def enclosed_areas(rule: FillRule, rings: Sequence[Ring]) -> list[Area]:
     before = Boundary.empty().with_inner(paths)
     size = size_of(np.vstack(outlines(rings)))
     split = noded(before, size, 0, InnerParts(lines=paths))
-    chords = split.chords()
-    lines = np.stack([chords.start, chords.end], axis=1)
-    split = without_doubles(split, TOUCHING * size)
-    left, right = (FILL_RULES[rule](winding_numbers(lines, points)) for points in probes(split))
-    return areas_beside(rings, before, split, left, right)
+    single = without_doubles(split, TOUCHING * size)
+    left, right = (FILL_RULES[rule](_turns(split, points)) for points in probes(single))
+    return areas_beside(rings, before, single, left, right)
+
+
+def _turns(boundary: Boundary, points: Floats) -> Integers:
+    """Winding numbers (n,) of the pieces of a boundary around points (n, 2)."""
+    chords = boundary.chords()
+    found = winding_numbers(np.stack([chords.start, chords.end], axis=1), points)
+    between = bellies(boundary, points)
+    np.add.at(found, between.point, between.turn)
+    return found
 
 
 def winding_numbers(chords: Floats, points: Floats) -> Integers:

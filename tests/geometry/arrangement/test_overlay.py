@@ -202,3 +202,10 @@ def test_areas_are_those_of_polygons(rule, seed):
     if found:
         whole = [area for area in found if shapely.Polygon(area.outer.outline).area > 1e-2]
         assert Domain.of_areas(whole).piece_count == len(whole)
+
+
+@pytest.mark.parametrize("thin", [0.1, 1e-3, 1e-5])
+def test_a_ring_thinner_than_the_error_of_its_chords_is_left_of_two_discs(thin):
+    (area,) = overlaid("minus", [disc((0, 0), 1 + thin), disc((0, 0), 1)])
+    radii = [hole.sides[0].curve.radius for hole in area.holes]
+    assert (area.outer.sides[0].curve.radius, radii) == (1 + thin, [1])

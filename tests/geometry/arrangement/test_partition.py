@@ -200,6 +200,15 @@ def test_a_region_that_surrounds_a_hole_with_the_same_circle_has_no_inner_piece_
         domain_of(unit([f"{{name: a, ring: {{{ring}}}}}"], holes=[f"{{{ring}}}"]))
 
 
+@pytest.mark.parametrize("radius", [0.4, 3, 1000])
+def test_a_layer_much_thinner_than_chords_of_its_circles_are_long_lies_between_them(radius):
+    layers = [BEHIND.format(name, x, f"({radius} + {x})") for name, x in [("a", 0.4), ("b", 0.4001), ("c", 0.4005)]]
+    b = domain_of(unit(layers)).boundary
+    inner = np.flatnonzero(b.inner)
+    beside = {b.labels[b.label[k]]: (int(b.left[k]), int(b.right[k])) for k in inner}
+    assert beside == {"a-rim": (1, 2), "b-rim": (2, 3), "c-rim": (3, 0)}
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_cells_of_a_voronoi_diagram_fill_the_domain(seed):
@@ -214,9 +223,18 @@ def test_cells_of_a_voronoi_diagram_fill_the_domain(seed):
 
 
 A, B = "{name: a, ring: {rectangle: [0, 0, 0.5, 1]}}", "{{name: b, ring: {{rectangle: [{}, 0, 1, 1]}}}}"
+# A circle whose rim crosses the square nearly straight, at some x in the middle.
+BEHIND = "{{name: {0}, ring: {{circle: {{center: [{1} - {2}, 0.5], radius: {2}}}}}}}"
 MISTAKES = [
-    ([A, B.format(0.4)], {}, r"regions 'a' and 'b' overlap at \(0\.45, 0\.5\)"),
+    ([A, B.format(0.4)], {}, r"regions 'a' and 'b' overlap at \(0\.4, 0\.5\)"),
+    ([A, B.format(0.49999)], {}, r"regions 'a' and 'b' overlap at \(0\.49999, 0\.5\)"),
     ([A, A.replace("a,", "c,")], {}, r"regions 'a' and 'c' at .* are the same"),
+    (
+        [BEHIND.format("a", 0.5, 1000), "{name: b, ring: {rectangle: [0.4, 0.3, 0.8, 0.7]}}"],
+        {},
+        r"regions 'a' and 'b' overlap at \(0\.5, 0\.5\)",
+    ),
+    ([BEHIND.format("a", 0.5, 1000), BEHIND.format("b", 0.5001, 300)], {}, r"regions 'a' and 'b' overlap at"),
     (["{name: a, ring: {rectangle: [2, 2, 3, 3]}}"], {}, r"region 'a' at \(.*\) lies outside the domain"),
     (
         ["{name: a, ring: {rectangle: [0.45, 0.45, 0.5, 0.5]}}"],
@@ -249,6 +267,7 @@ MISTAKES = [
         {},
         r"nothing is left of region 'a' at .* beside the regions within it",
     ),
+    (["{name: a, ring: {rectangle: [0.2, 0.5, 0.8, 0.5000000001]}}"], {}, r"'a' at .* is thinner than 1e-09 of the"),
     ([], {"points": ["{at: [2, 0.5], label: well}"]}, r"the point 'well' at \(2, 0\.5\) lies outside the domain"),
     (
         [],
