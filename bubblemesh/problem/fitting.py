@@ -51,8 +51,10 @@ def requested_spacing(
     """
     before_rules, cover = request.at(scale), Cover(domain)
     survey = surveyed(domain, before_rules, max_nodes, cover)
-    after_rules = request.rules(domain, replace(before_rules, floor=survey.extremes.minimum / 2), max_nodes, hidden)
-    after_periodic = limited_across_sides(domain, after_rules)
+    given = replace(before_rules, floor=survey.extremes.minimum / 2)
+    ruled = request.rules(domain, given, max_nodes, hidden)
+    after_rules = replace(ruled, ground=None)
+    after_periodic = limited_across_sides(domain, given, after_rules, ruled.ground)
     if max(after_rules.ratio, after_periodic.ratio) > 1:
         survey = surveyed(domain, after_periodic.spacing, max_nodes, cover)
     return RequestedSpacing(before_rules, after_rules, after_periodic, survey)

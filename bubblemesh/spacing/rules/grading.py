@@ -123,6 +123,16 @@ def gradient_limited(
     return LimitedSpacing(limited, steepest(samples, domain, growth), *change, growth, ground)
 
 
+def compared(domain: Domain, limited: LimitedSpacing, spacing: Spacing) -> LimitedSpacing:
+    """The limited spacing, which has a ground, with what limiting has changed of another spacing."""
+    if limited.ground is None:
+        return limited
+    samples = limited.ground.samples
+    given, values = (_in_domain(samples.grid.vertices.points, domain, some) for some in (spacing, limited.spacing))
+    share, ratio, ratio_at = _change(samples, given, np.where(np.isfinite(given), values, 1.0))
+    return replace(limited, share=share, ratio=ratio, ratio_at=ratio_at)
+
+
 def limited_for_packing(
     domain: Domain,
     before: LimitedSpacing,

@@ -18,6 +18,7 @@ from bubblemesh.spacing.rules.grading import (
     STEEPEST_GROWTH,
     Ground,
     LimitedSpacing,
+    compared,
     gradient_limited,
     limited_for_packing,
 )
@@ -46,7 +47,7 @@ class Rules:
     def __call__(
         self, domain: Domain, spacing: Spacing, max_nodes: float = np.inf, hidden: Floats | None = None
     ) -> LimitedSpacing:
-        """The largest spacing below the given one that follows the rules.
+        """The largest spacing below the given one that follows the rules, with the ground of what is given.
 
         Pieces of the boundary that are ``hidden``, as of `short_pieces`, do not make it finer by being short or curved.
         LimitError if curves or narrow parts alone need more than ``max_nodes`` nodes, with the key and the place.
@@ -64,7 +65,7 @@ class Rules:
         if self.across:
             gaps = GapSources(self.across, self.packing_growth, self._least, max_nodes)
             sources = sources.joined(gaps(domain, spacing))
-        return replace(gradient_limited(domain, spacing, growth, sources), ground=None)
+        return gradient_limited(domain, spacing, growth, sources)
 
     def affordable_gaps(
         self, walls: FacingWalls, spacing: Spacing, requested: Spacing, max_nodes: float
@@ -93,17 +94,27 @@ def finer_of_both_sides(domain: Domain, spacing: Spacing, piece: Integers, s: Fl
     return d
 
 
-def limited_across_sides(domain: Domain, after_rules: LimitedSpacing) -> LimitedSpacing:
-    """The spacing after its rules, finer beside periodic sides where their counterparts are, if they are."""
+def limited_across_sides(
+    domain: Domain, given: Spacing, after_rules: LimitedSpacing, ground: Ground | None = None
+) -> LimitedSpacing:
+    """The spacing after its rules, finer beside periodic sides where their counterparts are, if they are.
+
+    With the ``ground`` of the rules, the ``given`` spacing is limited once more. The one after its rules grows as fast
+    as it may: new cells would be split until they follow those in which it is interpolated.
+    """
     sources = _finer_opposite(domain, after_rules.spacing)
     if len(sources) == 0:
         return after_rules
     growth = STEEPEST_GROWTH if after_rules.growth is None else after_rules.growth
+    before = after_rules if ground is None else LimitedSpacing(given)
 
     def limited(before: LimitedSpacing, sources: Sources, ground: Ground | None) -> LimitedSpacing:
         return gradient_limited(domain, before.spacing, growth, sources, ground)
 
-    found = replace(_settled(domain, after_rules, sources, limited), ground=None)
+    found = _settled(domain, before, sources, limited, ground)
+    if ground is not None:
+        found = compared(domain, found, after_rules.spacing)
+    found = replace(found, ground=None)
     return found if after_rules.growth is None else replace(found, steepest=after_rules.steepest)
 
 

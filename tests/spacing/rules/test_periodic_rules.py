@@ -9,6 +9,7 @@ from bubblemesh.case import load_case
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.estimate import estimate
 from bubblemesh.run.pipeline import mesh_case
+from bubblemesh.spacing.rules import grading
 from bubblemesh.spacing.rules import rules as sides
 from bubblemesh.spacing.rules.grading import LimitedSpacing, gradient_limited
 from bubblemesh.spacing.rules.rules import (
@@ -77,7 +78,7 @@ def test_nothing_changes_where_both_sides_agree(spacing):
 def test_sides_that_are_not_periodic_are_left_alone():
     domain = problem_of("0.1", "[]").domain
     steep = LimitedSpacing(Spacing(lambda x, y: 0.01 + 0.1 * x))
-    assert limited_across_sides(domain, steep) is steep
+    assert limited_across_sides(domain, steep.spacing, steep) is steep
     assert limited_for_packing_across_sides(domain, steep, Sources.none()).spacing is steep.spacing
 
 
@@ -126,3 +127,16 @@ def test_grading_across_the_sides_ends(monkeypatch):
     problem = problem_of("{value: 0.2, near: {point: [0.02, 0.03], size: 0.004}}", BOTH)
     assert len(graded_times) <= 4
     assert problem.packing_spacing is problem.after_periodic.spacing
+
+
+def test_cells_of_a_spacing_that_follows_rules_are_not_split_once_more_for_periodic_sides(monkeypatch):
+    rounds, limited = [], grading.limited_values
+    monkeypatch.setattr(grading, "limited_values", lambda *given: rounds.append(given) or limited(*given))
+    holes = "holes: [{circle: {center: [0.2, 0.5], radius: 0.1}}, {circle: {center: [0.4, 0.3], radius: 0.05}}]"
+    problem = problem_of("{value: 0.2, per_circle: 60, growth: 0.3}", outline=f"{SQUARE}\n  {holes}")
+    assert len(rounds) <= 4
+    left, right = np.array([[0.0, 0.5], [2.0, 0.5]])
+    at_hole = 2 * np.pi * 0.1 / 60
+    np.testing.assert_allclose(problem.spacing(np.array([left, right])), at_hole + 0.3 * 0.1, rtol=0.12)
+    assert problem.spacing(np.array([[1.8, 0.5]]))[0] == pytest.approx(at_hole + 0.3 * 0.3, rel=0.12)
+    assert problem.after_periodic.share < 0.5
