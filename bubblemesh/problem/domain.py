@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bubblemesh import readers
+from bubblemesh.arrays import each_once
 from bubblemesh.case import Case
 from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain, ShoreDomain
 from bubblemesh.case.repair import RepairKeys
@@ -45,7 +46,7 @@ def case_domain(case: Case) -> Domain:
     by = None if case.crs is None else projecting_of(case.crs)
     with about(DOMAIN), own_files(case.domain, case.root), projecting(by), one_system():
         try:
-            domain = _sea(case) if isinstance(case.domain, ShoreDomain) else _domain(case.domain)
+            domain = _with_shared_names(_sea(case) if isinstance(case.domain, ShoreDomain) else _domain(case.domain))
             return domain if by is None else replace(domain, plane=by.plane)
         except GeometryError as error:
             if error.mendable:
@@ -221,7 +222,8 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
             seen.setdefault(model.name, number)
             with prefixed(f"region {model.name!r}"), about(key):
                 found = [replace(area, name=model.name) for area in drawn(areas_of(model.ring), model)]
-        yield from (_region(area, str(area.name), number) for area in found)
+        label = model.label if isinstance(model, RegionFile) else getattr(model.ring, "label", None)
+        yield from (_region(area, str(area.name), number, label) for area in found)
 
 
 def _region_key(entry: int) -> Key:
@@ -264,7 +266,26 @@ def _plain(ring: Ring) -> Ring:
     return replace(ring, sides=tuple(side._replace(label=None) for side in ring.sides), notes=(), changes=())
 
 
-def _region(area: Area, name: str, entry: int) -> Region:
-    """A region, with the number of the case's entry that gives it, and rings with its key."""
-    key, rim = _region_key(entry), f"{name}-rim"  # also where a file calls the ring as the case calls the region
-    return Region(area.mapped(lambda ring: replace(ring.renamed(name, rim), key=key)), name, label=rim, entry=entry)
+def _region(area: Area, name: str, entry: int, label: str | None) -> Region:
+    """A region, with the number of the case's entry that gives it, and rings with its key.
+
+    A ring that a file calls as the case calls the region has the label of a rim, unless the case gives that ``label``.
+    """
+    key, rim = _region_key(entry), f"{name}-rim"
+
+    def own(ring: Ring) -> Ring:
+        by_file = ring.origin is not None and label != name
+        return replace(ring.renamed(name, rim) if by_file else ring, key=key)
+
+    return Region(area.mapped(own), name, label=rim, entry=entry)
+
+
+def _with_shared_names(domain: Domain) -> Domain:
+    """The domain with a note on regions that have the name of a label, and another one in mesh files."""
+    labels = {domain.boundary.labels[number] for number in each_once(domain.boundary.label)}
+    notes = [
+        f"the region {name!r} is called '{name}_region' in mesh files, since a label has its name"
+        for name in domain.parts.names
+        if name in labels
+    ]
+    return replace(domain, notes=(*domain.notes, *notes)) if notes else domain

@@ -192,6 +192,14 @@ def test_an_interface_has_a_label_of_its_own_beside_the_name_of_its_region():
     assert domain.boundary.labels == ("bottom", "right", "top", "left", "a-rim")
 
 
+def test_the_label_of_a_ring_may_be_the_name_of_its_region():
+    ring = "{circle: {center: [0.5, 0.5], radius: 0.3}, label: a}"
+    domain = domain_of(unit([f"{{name: a, ring: {ring}}}"]))
+    assert inner_lengths(domain) == {"a": 0.6 * np.pi}
+    assert "a" in domain.labels
+    assert domain.notes == ("the region 'a' is called 'a_region' in mesh files, since a label has its name",)
+
+
 def test_a_region_that_surrounds_a_hole_with_the_same_circle_has_no_inner_piece_there():
     ring = "circle: {center: [0.5, 0.5], radius: 0.2}"
     domain = domain_of(unit(["{name: a, ring: {circle: {center: [0.5, 0.5], radius: 0.4}}}"], holes=[f"{{{ring}}}"]))
