@@ -224,17 +224,37 @@ def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float) -> Shap
     wide = over[width > join]
     if len(wide):
         k = int(wide[width[width > join].argmax()])
-        largest = float(width.max())
-        more = f", and {len(wide) - 1} more pairs by less" if len(wide) > 1 else ""
-        raise GeometryError(
-            f"{_named(names, i[k], j[k])} overlap by {largest:.2g} at {place(_inside(common[k]))}{more}: set "
-            f"join: {just_above(largest)} if they are to share a border there, or correct the file"
-        )
+        raise _overlapping(shapes, names, (int(i[k]), int(j[k])), common[k], float(width.max()), len(wide) - 1)
     result = shapes.copy()
     for k in over.tolist():
         if area[k] > join * 1e-6 * np.sqrt(size[j[k]]):
             result[j[k]] = shapely.MultiPolygon(polygons_of(shapely.difference(result[j[k]], result[i[k]])))
     return result
+
+
+def _overlapping(
+    shapes: Shapes, names: Sequence[str], pair: tuple[int, int], common: shapely.Geometry, width: float, more: int
+) -> GeometryError:
+    """The error of a pair of shapes with an area in common, up to that width, beside so many ``more`` pairs."""
+    most = WIDEST_JOIN * float(np.ptp(shapely.total_bounds(shapes).reshape(2, 2), axis=0).max())
+    inner, outer = sorted(pair, key=lambda number: shapely.area(shapes[number]))
+    beyond = shapely.difference(shapes[inner], shapes[outer])
+    out = float(widths(np.array([beyond]))[0])
+    if out < width and float(just_above(out)) <= most:
+        return GeometryError(
+            f"{names[inner]!r} sticks out of {names[outer]!r} by {out:.2g} at {place(_inside(beyond))}: set "
+            f"join: {just_above(out)} if it is to be inside, or correct the file"
+        )
+    others = f", and {more} more pairs by less" if more else ""
+    both, where = _named(names, *pair), f"{place(_inside(common))}{others}"
+    if float(just_above(width)) > most:
+        return GeometryError(
+            f"{both} overlap by {width:.2g} at {where}, too much for a join: correct the file, or leave out one"
+        )
+    return GeometryError(
+        f"{both} overlap by {width:.2g} at {where}: set join: {just_above(width)} if they are to share a border there, "
+        "or correct the file"
+    )
 
 
 def widths(shapes: Shapes) -> Floats:
