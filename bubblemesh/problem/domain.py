@@ -1,6 +1,6 @@
 """The domain that a case describes: its rings, regions and lines as geometry."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -53,11 +53,10 @@ def case_domain(case: Case) -> Domain:
 
 def _domain(keys: DomainKeys) -> Domain:
     if isinstance(keys, RegionDomain):
-        parts = _inner_parts(keys)
-        areas = _covered(keys, parts)
+        areas, parts = _covering(keys)
     else:
         areas = domain_areas(keys)  # they decide on the plane, if there is one
-        parts = _inner_parts(keys)
+        parts = _inner_parts(keys, areas)
     tell_places_by(given_places())
     return Domain.of_areas(areas, parts)
 
@@ -76,7 +75,7 @@ def _sea(case: Case) -> Domain:
     if case.crs is None:
         require_one_unit_in_box(keys, case.spacing_terms)
     sea = sea_in_box(keys)
-    parts = _inner_parts(keys)
+    parts = _inner_parts(keys, [])  # no line is joined to the shore, whose detail is not known yet
     tell_places_by(given_places())
 
     def domain_of(sea: "Sea") -> Domain:
@@ -120,7 +119,7 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
         case RingDomain():
             return _areas_of_rings(keys)
         case RegionDomain():
-            return _covered(keys, _inner_parts(keys))
+            return _covering(keys)[0]
         case FileDomain():
             return _areas_of_file(keys)
         case ShoreDomain():
@@ -178,10 +177,17 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
     return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
 
 
-def _inner_parts(keys: InnerKeys) -> InnerParts:
-    """Regions and what is embedded; errors say which one it is."""
+def _inner_parts(keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
+    """Regions in areas, and what is embedded; errors say which one it is."""
+    regions = tuple(_regions(keys))
+    return _with_embedded(InnerParts(regions, keys.region, periodic=keys.periodic), keys, areas)
+
+
+def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
+    """Regions in areas, with lines and points."""
     points, notes = points_of(keys)
-    return InnerParts(tuple(_regions(keys)), keys.region, tuple(lines_of(keys)), tuple(points), keys.periodic, notes)
+    lines = lines_of(keys, [ring for area in areas for ring in area.rings] + parts.rings)
+    return replace(parts, lines=tuple(lines), points=tuple(points), remarks=notes)
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
@@ -226,6 +232,13 @@ def _regions_of_file(keys: RegionFile) -> list[Area]:
     if keys.corners is not None:
         labelled = followed_together(labelled, Following(keys.corners, keys.smooth, keys.tolerance))
     return drawn(labelled, keys)
+
+
+def _covering(keys: RegionDomain) -> tuple[list[Area], InnerParts]:
+    """Areas that the regions of files cover together, and these regions, with what is embedded."""
+    parts = InnerParts(tuple(_regions(keys)), keys.region, periodic=keys.periodic)
+    areas = _covered(keys, parts)
+    return areas, _with_embedded(parts, keys, areas)
 
 
 def _covered(keys: RegionDomain, parts: InnerParts) -> list[Area]:
