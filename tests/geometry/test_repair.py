@@ -94,7 +94,7 @@ def test_gaps_between_areas_are_closed_up_to_the_tolerance():
     assert len(made) == 2
     assert area(made) == pytest.approx(3.01, abs=1e-7)
     assert [what for what, _ in told(made)] == ["gap between areas closed"]
-    assert sorted(len(one.outer.vertices) for one in made) == [4, 8]
+    assert sorted(len(one.outer.vertices) for one in made) == [4, 4]
 
 
 def test_small_islands_and_holes_are_left_out():
