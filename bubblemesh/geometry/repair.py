@@ -22,6 +22,7 @@ from bubblemesh.geometry.gaps import strips_between
 from bubblemesh.geometry.nesting import polygons_of, shapes_of, with_holes
 from bubblemesh.geometry.paths import Area, Line, Point, Polyline, Ring, RingChange, Side, as_point
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
+from bubblemesh.geometry.short_borders import without_short_borders
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted
 from bubblemesh.records import record
@@ -419,6 +420,7 @@ def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -
     given = np.array(shapes, dtype=object)
     if not shapely.is_valid(given).all() or not shapely.coverage_is_valid(given):
         raise GeometryError("simplify: the rings cross, or the areas overlap: set repair: true as well")
+    given = _without_short_borders(given, length, work)
     points = shapely.get_coordinates(given)
     for tolerance in length * 0.5 ** np.arange(TOLERANCE_HALVINGS):
         found = []
@@ -438,6 +440,18 @@ def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -
         note, points[off.argmax()], area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
     )
     return found
+
+
+def _without_short_borders(given: "NDArray[np.object_]", length: float, work: _Work) -> "NDArray[np.object_]":
+    """The polygons with borders between them of no more than a length as points, which no vertex left out removes."""
+    if any(work.is_curved(_outer(shapely.Polygon(ring))) for ring in shapely.get_rings(given)):
+        return given
+    merged, at, off = without_short_borders(given, length)
+    if len(at):
+        before = (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
+        borders = f"{counted(len(at), 'short border')} between areas closed to a point, up to {off:.3g} off"
+        work.note(borders, at[0], 0.0, before)
+    return merged
 
 
 def _sparser(given: "NDArray[np.object_]", tolerance: float) -> Sequence[shapely.Polygon]:
