@@ -23,6 +23,7 @@ from bubblemesh.problem.python.spacing import SpacingLike, spacing_of
 from bubblemesh.problem.python.task import MAX_NODES, MeshOptions
 from bubblemesh.problem.spacing import with_areas_below, with_metrics
 from bubblemesh.problem.values import values_of
+from bubblemesh.process.limits import Stopwatch
 from bubblemesh.run.packing import RunOptions
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem, require_case
 from bubblemesh.run.report import RoundRow
@@ -133,7 +134,7 @@ def _problem(drawing: ProgramRings, spacing: SpacingLike, options: MeshOptions) 
         if request.nodes is not None:
             raise CaseError("nodes: is given twice, also as spacing['nodes']: drop one of them")
         request = replace(request, nodes=int(options.nodes))
-    return prepare_in(domain, request, task, {}, Key(["nodes"]))
+    return prepare_in(domain, request, task, Stopwatch(), Key(["nodes"]))
 
 
 def adapt(

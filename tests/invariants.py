@@ -1,8 +1,6 @@
-"""What every mesh must hold, whatever the case, by loops and dictionaries of its own."""
+"""What every mesh must hold, whatever the case, by no function of the package: its tests check those."""
 
 import math
-from collections import Counter
-from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -34,33 +32,39 @@ def check_arrays(mesh):
 
 
 def check_nodes(mesh):
-    nodes = range(len(mesh.points))
-    assert {i for triangle in mesh.triangles.tolist() for i in triangle} == set(nodes), "a node is unused"
-    assert len({tuple(point) for point in mesh.points.tolist()}) == len(nodes), "two nodes coincide"
-    on_boundary = {i for facet in outer_facets(mesh) for i in facet}
-    assert on_boundary == set(range(len(on_boundary))), "boundary nodes do not come first"
+    n = len(mesh.points)
+    assert np.array_equal(np.unique(mesh.triangles), np.arange(n)), "a node is unused"
+    assert len({tuple(point) for point in mesh.points.tolist()}) == n, "two nodes coincide"
+    on_boundary = np.unique(outer_facets(mesh))
+    assert np.array_equal(on_boundary, np.arange(len(on_boundary))), "boundary nodes do not come first"
+
+
+def directed(mesh, pairs):
+    """A number for each pair of nodes (m, 2), of which none but the same pair in the same order has the same."""
+    return pairs[:, 0].astype(np.int64) * len(mesh.points) + pairs[:, 1]
 
 
 def sides_of(mesh):
-    """How often each directed edge is a side of a triangle."""
-    return Counter(side for i, j, k in mesh.triangles.tolist() for side in pairwise((i, j, k, i)))
+    """Pairs (3 t, 2) of nodes that are sides of the triangles, which lie on their left."""
+    return np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
 
 
 def outer_facets(mesh):
-    """Facets that no triangle has on its right."""
-    sides = sides_of(mesh)
-    return [(i, j) for i, j in mesh.facets.tolist() if (j, i) not in sides]
+    """Facets (b, 2) that no triangle has on its right."""
+    return mesh.facets[~np.isin(directed(mesh, mesh.facets[:, ::-1]), directed(mesh, sides_of(mesh)))]
 
 
 def check_edges(mesh):
     """Each inner edge is run through once in each direction; each facet is there once, a triangle on its left."""
-    sides = sides_of(mesh)
-    assert set(sides.values()) == {1}, "an edge has two triangles on one side"
-    alone = {(i, j) for i, j in sides if (j, i) not in sides}
-    facets = [(i, j) for i, j in mesh.facets.tolist()]
-    assert len({frozenset(facet) for facet in facets}) == len(facets), "a facet is listed twice"
-    assert set(facets) <= set(sides), "a facet is no edge of a triangle on its left"
-    assert alone == set(outer_facets(mesh)), "outer facets are not the triangles' free edges"
+    pairs = sides_of(mesh)
+    sides, facets = directed(mesh, pairs), directed(mesh, mesh.facets)
+    assert len(np.unique(sides)) == len(sides), "an edge has two triangles on one side"
+    either_way = directed(mesh, np.sort(mesh.facets, axis=1))
+    assert len(np.unique(either_way)) == len(either_way), "a facet is listed twice"
+    assert np.isin(facets, sides).all(), "a facet is no edge of a triangle on its left"
+    alone = sides[~np.isin(directed(mesh, pairs[:, ::-1]), sides)]
+    outer = directed(mesh, outer_facets(mesh))
+    assert np.array_equal(np.sort(alone), np.sort(outer)), "outer facets are not the triangles' free edges"
 
 
 def check_facets_do_not_cross(mesh):
@@ -69,15 +73,13 @@ def check_facets_do_not_cross(mesh):
 
 
 def check_area(mesh):
-    x, y = (mesh.points - mesh.points.mean(axis=0)).T.tolist()
-
-    def twice_area(i, j, k):
-        return (x[j] - x[i]) * (y[k] - y[i]) - (x[k] - x[i]) * (y[j] - y[i])
-
-    areas = [twice_area(*triangle) for triangle in mesh.triangles.tolist()]
-    assert min(areas) > 0, "a triangle is not counter-clockwise"
-    polygon = math.fsum(x[i] * y[j] - x[j] * y[i] for i, j in outer_facets(mesh))
-    assert abs(math.fsum(areas) / polygon - 1) <= AREA_TOLERANCE, "the triangles do not fill the polygon"
+    x, y = (mesh.points - mesh.points.mean(axis=0)).T
+    i, j, k = mesh.triangles.T
+    twice_areas = (x[j] - x[i]) * (y[k] - y[i]) - (x[k] - x[i]) * (y[j] - y[i])
+    assert (twice_areas > 0).all(), "a triangle is not counter-clockwise"
+    i, j = outer_facets(mesh).T
+    twice_polygon = math.fsum(x[i] * y[j] - x[j] * y[i])
+    assert abs(math.fsum(twice_areas) / twice_polygon - 1) <= AREA_TOLERANCE, "the triangles do not fill the polygon"
 
 
 def check_labels(mesh):

@@ -37,7 +37,7 @@ from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.scale import SpacingAtScale, bounded
 from bubblemesh.problem.spacing import SpacingRequest, held_request
 from bubblemesh.problem.task import task_of
-from bubblemesh.process.limits import timed
+from bubblemesh.process.limits import Stopwatch
 from bubblemesh.records import record
 from bubblemesh.run.packing import OnRound, OnShare, RunOptions
 from bubblemesh.run.pipeline import Result, mesh_problem
@@ -119,25 +119,25 @@ def _adapted(
     if case.metric is not None:
         with at_key("metric"):
             raise CaseError(f"remove `metric` from the case: {target.called('anisotropic')} computes its own")
-    seconds: dict[str, float] = {}
-    with timed(seconds, "geometry"):
+    stopwatch = Stopwatch()
+    with stopwatch.stage("geometry"):
         domain = case_domain(case)
         if domain.plane is not None and domain.plane.target is not None:
             raise CaseError(
                 "crs.to: the solution has to be on a mesh in the plane: run the case with crs.to: auto, solve on that "
                 "mesh, and adapt with crs.to: auto"
             )
-    with timed(seconds, "estimate"):
+    with stopwatch.stage("estimate"):
         require_coverage(domain, solution.points, solution.triangles)
         values = solution.values / solution.unit
         estimate = estimated(solution.points, solution.triangles, values, _parts(domain, solution))
         with prefixed(target.called("exact")):
             figures = _figures(solution, estimate, exact)
     if target.anisotropic:
-        problem, start = _next_in_metric(case, domain, solution, estimate, target, seconds)
+        problem, start = _next_in_metric(case, domain, solution, estimate, target, stopwatch)
         expected = estimate.error * float(np.sqrt(len(solution.points) / problem.expected_nodes))
     else:
-        problem, start = _next_problem(case, domain, solution, estimate, target, seconds)
+        problem, start = _next_problem(case, domain, solution, estimate, target, stopwatch)
         expected = _expected(solution, estimate, problem.spacing)
     if target.error is not None and expected > REACHED * target.error * estimate.solution:
         told = _missed_error(target, expected / estimate.solution)
@@ -152,7 +152,7 @@ def _adapted(
 
 
 def _next_problem(
-    case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, seconds: dict[str, float]
+    case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, stopwatch: Stopwatch
 ) -> tuple[Problem, dict[str, Any]]:
     """The next mesh as a problem, and how it starts."""
     mesh, terms = (solution.points, solution.triangles), case.spacing_terms
@@ -181,7 +181,7 @@ def _next_problem(
     if share >= FEWEST_KEPT:
         task = replace(task, previous=present)
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return prepare_for(case, domain, request, task, seconds, _key(target, terms)), start
+    return prepare_for(case, domain, request, task, stopwatch, _key(target, terms)), start
 
 
 def _expected(solution: Solution, estimate: Estimate, spacing: Spacing) -> float:
@@ -200,7 +200,7 @@ def _missed_error(target: Target, expected: float) -> str:
 
 
 def _next_in_metric(
-    case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, seconds: dict[str, float]
+    case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, stopwatch: Stopwatch
 ) -> tuple[Problem, dict[str, Any]]:
     """The next mesh as a problem whose metric follows from the solution's second derivatives, and how it starts.
 
@@ -235,7 +235,7 @@ def _next_in_metric(
             tensors = graded_across_sides(domain, *mesh, tensors, growth)
             metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, _key(target, terms)),)
             request = replace(held, metrics=metrics)
-            problem = prepare_for(case, domain, request, task, seconds)
+            problem = prepare_for(case, domain, request, task, stopwatch)
             if abs(problem.expected_nodes / nodes - 1) < CLOSE:
                 break
             aim *= nodes / problem.expected_nodes
@@ -246,6 +246,7 @@ def _next_in_metric(
         # What narrow parts take by themselves must not put the number out of reach.
         other = scaled(replace(held, rules=replace(held.rules, across=0.0)))
         problem, request = min((problem, request), other, key=lambda found: found[0].expected_nodes)
+        problem = replace(problem, seconds=stopwatch.seconds)  # of both
     return _aimed(problem, request, nodes, target, terms), {"unchanged": 0.0, "start": "method", "anisotropic": True}
 
 

@@ -9,7 +9,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, intersected_at, size_ratios, symmetric
+from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, intersected_at, size_ratios, symmetric, turned
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
 
@@ -124,7 +124,7 @@ def intersected_across_sides(domain: Domain, points: Floats, triangles: Integers
     node, piece, s = _places_on_sides(domain, points[rim])
     mine, other, s = counterparts(domain.boundary, domain.periodic, piece, s)
     opposite = TensorField.of(points, triangles, tensors)(*domain.boundary.points(other, s).T)
-    return intersected_at(tensors, rim[node[mine]], opposite.tensors)
+    return intersected_at(tensors, rim[node[mine]], turned(opposite.tensors, domain.turn[other]))
 
 
 def _places_on_sides(domain: Domain, points: Floats) -> tuple[Integers, Integers, Floats]:

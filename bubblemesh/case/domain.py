@@ -61,7 +61,9 @@ class InnerKeys(Strict):
     )
     region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
     lines: tuple[LineKeys, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
-    periodic: tuple[SidePair, ...] = Field(default=(), description="Pairs of labels of sides whose nodes match.")
+    periodic: tuple[SidePair, ...] = Field(
+        default=(), description="Pairs of labels of sides whose nodes match, shifted or turned."
+    )
     points: tuple[PointKeys, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 
 

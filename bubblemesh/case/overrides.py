@@ -68,17 +68,19 @@ def overrides_of(
     unknown = options.keys() - OPTIONS.keys()
     if unknown:
         raise TypeError(f"no option of a case: {', '.join(sorted(unknown))} (there are: {', '.join(OPTIONS)})")
-    named = [
-        Override(OPTIONS[name], value, flag(name) if of_command else name)
-        for name, value in options.items()
-        if value is not None
-    ]
+    source = flag if of_command else _argument
+    named = [Override(OPTIONS[name], value, source(name)) for name, value in options.items() if value is not None]
     return [*(parsed_override(one, of_command) if isinstance(one, str) else one for one in settings), *named]
 
 
 def flag(option: str) -> str:
     """Name of an option on the command line."""
     return f"--{option.replace('_', '-')}"
+
+
+def _argument(option: str) -> str:
+    """Name of an option among the arguments of `load_case`: only of the call if the key, which follows, is the same."""
+    return "load_case()" if OPTIONS[option] == (option,) else option
 
 
 def parsed_override(setting: str, of_command: bool = False) -> Override:

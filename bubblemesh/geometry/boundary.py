@@ -10,7 +10,7 @@ import numpy as np
 from bubblemesh.arrays import ROUNDING, Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.curves import Family, Lines
 from bubblemesh.geometry.paths import CurveSection, OpenPath, Point, Ring, WholeCurve, family
-from bubblemesh.geometry.tracks import CurveNodes, Tracks
+from bubblemesh.geometry.tracks import CurveNodes, Tracks, along_curves, points_of, tangents_of
 from bubblemesh.records import record
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
@@ -130,6 +130,11 @@ class Boundary:
 
     def chords(self) -> Chords:
         """Chords of the polygonal copy; those of a piece follow each other without a gap."""
+        return self._chords_in_place
+
+    @cached_property
+    def _chords_in_place(self) -> Chords:
+        """The chords, with the points between which they lie."""
         piece, s, step = self.stations()
         start = self.chord_starts(piece, s)
         last = np.flatnonzero(np.diff(piece, append=-1))
@@ -224,16 +229,20 @@ class Boundary:
 
     def tracks(self, piece: Integers) -> Tracks:
         """The pieces (m,) under m nodes, for many evaluations."""
-        groups = CurveNodes.all_of(self.families, self.kind[piece], self.index[piece])
+        groups = self._curve_nodes(piece)
         return Tracks(self.offset[piece], self.periods[piece], self.lengths[piece], self.closed[piece], groups)
 
     def points(self, piece: Integers, s: Floats) -> Floats:
         """Points (m, 2) on the pieces (m,) at arc length s (m,) from their starts."""
-        return self.tracks(piece).points(s)
+        return points_of(self._curve_nodes(piece), along_curves(self.offset[piece], self.periods[piece], s))
 
     def tangents(self, piece: Integers, s: Floats) -> Floats:
         """Unit tangents (m, 2); the domain is on their left."""
-        return self.tracks(piece).tangents(s)
+        return tangents_of(self._curve_nodes(piece), along_curves(self.offset[piece], self.periods[piece], s))
+
+    def _curve_nodes(self, piece: Integers) -> tuple[CurveNodes, ...]:
+        """Nodes on the pieces (m,), by the kinds of their curves."""
+        return CurveNodes.all_of(self.families, self.kind[piece], self.index[piece])
 
     def foot(self, points: Floats, piece: Integers, s: Floats, steps: int, longest: Floats | float = np.inf) -> Floats:
         """Arc lengths (m,) of the feet of points (m, 2) on the pieces (m,), by Newton's method from s (m,) near them.
@@ -241,7 +250,7 @@ class Boundary:
         Curvature is left out: the points are next to the curves. No step is longer than ``longest`` (m,).
         """
         tracks = self.tracks(piece)
-        for _ in range(steps):
+        for _ in range(steps if len(s) else 0):
             here, tangents = tracks.places(s)
             ahead = np.einsum("ij,ij->i", points - here, tangents)
             s = tracks.wrapped(s + np.clip(ahead, -longest, longest))

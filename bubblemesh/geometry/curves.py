@@ -20,6 +20,7 @@ FEWEST_CHORDS = 8  # of an arc
 LEAST_CHORDS = 64  # of any other curve
 KNOT_PANELS = 64  # of the arc length table between two knots of a spline
 LARGEST_ASPECT = 256  # of an ellipse, up to which its table resolves the ends
+TINY = np.finfo(float).tiny
 # Gauss and Legendre's rule of 5 nodes on [-1, 1], as NumPy's `leggauss` gives it.
 GAUSS_NODES = np.array([-0.906179845938664, -0.5384693101056831, 0.0, 0.5384693101056831, 0.906179845938664])
 GAUSS_WEIGHTS = np.array(
@@ -47,9 +48,19 @@ class Family(Protocol):
     def tangents(self, index: Integers, s: Floats) -> Floats:
         """Unit tangents (m, 2) in the direction of growing arc length."""
 
+    def places(self, index: Integers, s: Floats) -> tuple[Floats, Floats]:
+        """Points and unit tangents, both (m, 2), as of the two above."""
+
+
+class _InClosedForm:
+    """Curves whose points and tangents have nothing in common that takes long."""
+
+    def places(self: Family, index: Integers, s: Floats) -> tuple[Floats, Floats]:
+        return self.points(index, s), self.tangents(index, s)
+
 
 @record
-class Lines:
+class Lines(_InClosedForm):
     """Straight lines from ``start`` (n, 2) to ``end`` (n, 2)."""
 
     start: Floats
@@ -73,7 +84,7 @@ class Lines:
 
 
 @record
-class Arcs:
+class Arcs(_InClosedForm):
     """Circular arcs: ``center`` (n, 2), ``radius`` (n,), first ``angle`` (n,) and signed ``sweep`` (n,) in radians."""
 
     center: Floats
@@ -125,7 +136,7 @@ class Shares(NamedTuple):
     def before(self, index: Integers, share: Floats) -> Integers:
         """Row (m,) from which on the curve ``index`` (m,) holds ``share`` (m,); it is never the curve's last one."""
         row = np.searchsorted(self.keys, index + share, side="right") - 1
-        return np.clip(row, self.first[index], self.first[index + 1] - 2)
+        return np.minimum(np.maximum(row, self.first[index]), self.first[index + 1] - 2)
 
 
 @record
@@ -168,7 +179,14 @@ class TabulatedCurves:
         return self._position(index, self._parameter(index, s))
 
     def tangents(self, index: Integers, s: Floats) -> Floats:
-        derivative = self._derivative(index, self._parameter(index, s))
+        return self._tangents(index, self._parameter(index, s))
+
+    def places(self, index: Integers, s: Floats) -> tuple[Floats, Floats]:
+        u = self._parameter(index, s)
+        return self._position(index, u), self._tangents(index, u)
+
+    def _tangents(self, index: Integers, u: Floats) -> Floats:
+        derivative = self._derivative(index, u)
         return derivative / np.hypot(*derivative.T)[:, None]
 
 
@@ -223,6 +241,10 @@ class _TabulatedEach(TabulatedCurves):
         return LEAST_CHORDS
 
     def stations(self) -> tuple[Integers, Floats]:
+        return self._all_stations
+
+    @cached_property
+    def _all_stations(self) -> tuple[Integers, Floats]:
         # Short chords where the curvature is high, so that every chord turns as far and none is too long.
         parts = [self._stations(k, turns) for k, turns in enumerate(self._turns())]
         curve = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
@@ -317,13 +339,13 @@ class Splines(_TabulatedEach):
 
     def _position(self, index: Integers, u: Floats) -> Floats:
         row, t = self._local(index, u)
-        c = self._coefficients
-        return ((c[0][row] * t + c[1][row]) * t + c[2][row]) * t + c[3][row]
+        c = self._coefficients.take(row, axis=1)
+        return ((c[0] * t + c[1]) * t + c[2]) * t + c[3]
 
     def _derivative(self, index: Integers, u: Floats) -> Floats:
         row, t = self._local(index, u)
-        c = self._coefficients
-        return (3 * c[0][row] * t + 2 * c[1][row]) * t + c[2][row]
+        c = self._coefficients[:3].take(row, axis=1)
+        return (3 * c[0] * t + 2 * c[1]) * t + c[2]
 
     def _speed_within(self, index: Integers, u: Floats) -> Floats:
         # The pieces that hold the panels are known: no search, and one row of coefficients for many parameters.
@@ -335,7 +357,7 @@ class Splines(_TabulatedEach):
 
 
 @record
-class Polylines:
+class Polylines(_InClosedForm):
     """Polylines through ``vertices``, one array (k, 2) each, whose tangents jump at them."""
 
     vertices: Sequence[Floats]
@@ -398,6 +420,7 @@ def turning(before: Floats, after: Floats) -> Floats:
 
 def shares_before(points: Floats, start: Floats, end: Floats) -> Floats:
     """Shares (...) of straight lines (..., 2) before the places on them that are nearest to points (..., 2)."""
-    along = end - start
-    squared = np.maximum(np.einsum("...j,...j->...", along, along), np.finfo(float).tiny)
-    return np.clip(np.einsum("...j,...j->...", points - start, along) / squared, 0, 1)
+    along, ahead = end - start, points - start
+    x, y = along[..., 0], along[..., 1]
+    share = (ahead[..., 0] * x + ahead[..., 1] * y) / np.maximum(x * x + y * y, TINY)
+    return np.minimum(np.maximum(share, 0.0), 1.0)

@@ -20,7 +20,7 @@ from bubblemesh.geometry.corners import CornerFans, corner_fans, require_separat
 from bubblemesh.geometry.distance.projection import Feet, Nearest, Projection, projection_onto
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.paths import Area, Ring, RingChange, outlines
-from bubblemesh.geometry.periodic import matching_pieces
+from bubblemesh.geometry.periodic import MatchingPieces, matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.geometry.validity import require_domain, require_holes_apart, simple_polygon
@@ -148,7 +148,7 @@ class Domain(Uncached):
         require_separation(domain.boundary, domain.corner_fans)
         return domain
 
-    @cached_property
+    @property
     def periodic(self) -> Integers:
         """Pairs (k, 2) of boundary pieces whose bubbles match.
 
@@ -157,6 +157,18 @@ class Domain(Uncached):
         GeometryError
             If sides that should match do not; with the place.
         """
+        return self._matching.pairs
+
+    @property
+    def turn(self) -> Floats:
+        """Angles (p,), in radians, by which what is beside periodic pieces is turned beside their counterparts.
+
+        They are 0 for shifted pieces, and those that are not periodic.
+        """
+        return self._matching.turn
+
+    @cached_property
+    def _matching(self) -> MatchingPieces:
         return matching_pieces(self.boundary, self.parts.periodic)
 
     @cached_property
@@ -319,6 +331,8 @@ class Domain(Uncached):
         """Mask (m,) of the points (m, 2) inside, or outside but nearer than ``distance`` (m,)."""
         reached = self.contains(points)
         outside = np.flatnonzero(~reached)
+        if len(outside) == 0:
+            return reached
         away, belly = self._projection.distances_beside_chords(taken(points, outside))
         reached[outside] = away < distance[outside]
         # Points between a curve and its chord may be inside after all.

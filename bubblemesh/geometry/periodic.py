@@ -1,46 +1,55 @@
-"""Periodic sides: pieces that are shifted copies of others across the domain."""
+"""Periodic sides: pieces that are copies of others across the domain, shifted or turned about a point."""
 
 from collections import Counter
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, each_once
+from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import meant, two_places
 
 SAMPLES = 9
 
 
-def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Integers:
-    """Pairs (k, 2) of pieces, of which the second is the first one, shifted and reversed.
+class MatchingPieces(NamedTuple):
+    """Pieces of a boundary that have counterparts, of which each is a copy of the other."""
 
-    They belong to sides whose labels match, in any order of their pieces. GeometryError, with the coordinates, if there
-    is no such label, or a piece has no counterpart.
+    pairs: Integers  # (k, 2): a piece, and its copy
+    turn: Floats  # (p,): by how many radians each piece of the boundary is turned to be its counterpart
+
+
+def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> MatchingPieces:
+    """Pieces of which the second of each pair is the first one, shifted or else turned about a point, and reversed.
+
+    Reversed, so that a copy of the domain that is moved with it lies beside the domain, not on it. The pieces belong to
+    sides whose labels match, in any order. GeometryError, with the coordinates, if there is no such label, or a piece
+    has no counterpart.
     """
-    pairs: list[tuple[int, int]] = []
+    pairs, turn = list[Integers](), np.zeros(len(boundary.kind))
     used = Counter(name for names in labels for name in names)
     twice = next((name for name, times in used.items() if times > 1), None)
     if twice is not None:
         raise GeometryError(f"periodic: the side {twice!r} is named twice: each side has one counterpart")
     for names in labels:
         first, second = (_pieces(boundary, name) for name in names)
-        shift = _middle(boundary, second) - _middle(boundary, first)
-        for piece in first:
-            match = [other for other in second if _is_copy(boundary, int(piece), int(other), shift)]
-            if not match:
-                at = _unmatched(boundary, int(piece), second, shift)
-                here, there = two_places(at, at + shift)
-                raise GeometryError(
-                    f"periodic sides {names[0]!r} and {names[1]!r}: what is at {here} has no counterpart at "
-                    f"{there}: both sides need the same shape and the same vertices, moved but not turned"
-                )
-            pairs.append((int(piece), int(match[0])))
+        motion, copies = _motion(boundary, first, second)
+        if (copies < 0).any():
+            at = _unmatched(boundary, int(first[copies.argmin()]), second, motion)
+            here, there = two_places(at, motion.point(at))
+            raise GeometryError(
+                f"periodic sides {names[0]!r} and {names[1]!r}: what is at {here} has no counterpart at "
+                f"{there}: both sides need the same shape and the same vertices, moved or turned"
+            )
         if len(first) != len(second):
             raise GeometryError(f"periodic sides {names[0]!r} and {names[1]!r} have different numbers of pieces")
-    return np.array(pairs, np.int64).reshape(-1, 2)
+        pairs.append(np.column_stack([first, copies]))
+        turn[first], turn[second] = motion.angle, -motion.angle
+    return MatchingPieces(np.concatenate([np.empty((0, 2), np.int64), *pairs]), turn)
 
 
 def counterparts(boundary: Boundary, pairs: Integers, piece: Integers, s: Floats) -> tuple[Integers, Integers, Floats]:
@@ -80,25 +89,76 @@ def _pieces(boundary: Boundary, name: str) -> Integers:
     return np.flatnonzero((boundary.label == boundary.labels.index(name)) & sides)
 
 
+def _motion(boundary: Boundary, first: Integers, second: Integers) -> tuple[Similarity, Integers]:
+    """The motion that takes pieces (k,) to others, and the copies (k,) there, -1 if there is none.
+
+    It is a shift if all pieces match by one, else a turn; if they match by neither, the one by which more ends do.
+    """
+    shift = _shift(boundary, first, second)
+    copies = _copies(boundary, first, second, shift)
+    if (copies >= 0).all():
+        return shift, copies
+    turn = _turn(boundary, first, second)
+    turned = _copies(boundary, first, second, turn)
+    ends = [_lonely(boundary, first, second, motion).sum() for motion in (shift, turn)]
+    return (turn, turned) if (turned >= 0).all() or ends[1] < ends[0] else (shift, copies)
+
+
+def _shift(boundary: Boundary, first: Integers, second: Integers) -> Similarity:
+    """The shift that takes the middle of pieces to that of others."""
+    return Similarity(shift=complex(*(_middle(boundary, second) - _middle(boundary, first))))
+
+
+def _turn(boundary: Boundary, first: Integers, second: Integers) -> Similarity:
+    """The turn that takes the middle of pieces to that of others, and the sum of their ways to that one, reversed.
+
+    Where ways add up to nothing, and tell no angle, it is the shift.
+    """
+    ways = (boundary.corners[boundary.end[k]] - boundary.corners[boundary.start[k]] for k in (first, second))
+    way, back = (complex(*sum_) for sum_ in (each.sum(axis=0) for each in ways))
+    if min(abs(way), abs(back)) <= _tolerance(boundary):
+        return _shift(boundary, first, second)
+    factor = -back / way
+    here, there = (complex(*_middle(boundary, k)) for k in (first, second))
+    return Similarity(factor / abs(factor), there - factor / abs(factor) * here)
+
+
 def _middle(boundary: Boundary, pieces: Integers) -> Floats:
     """Mean of the ends of the chains that pieces make, which vertices on the way do not move."""
     ends, times = np.unique(np.concatenate([boundary.start[pieces], boundary.end[pieces]]), return_counts=True)
     return boundary.corners[ends[times == 1] if (times == 1).any() else ends].mean(axis=0)
 
 
-def _unmatched(boundary: Boundary, piece: int, others: Integers, shift: Floats) -> Floats:
-    """Place (2,) on a piece with nothing alike on the other ones: a vertex where they have none, or else its middle."""
-    ends = boundary.corners[[boundary.start[piece], boundary.end[piece]]]
+def _unmatched(boundary: Boundary, piece: int, others: Integers, motion: Similarity) -> tuple[float, float]:
+    """Place on a piece with nothing alike on the other ones: a vertex where they have none, or else its middle."""
+    lonely = _lonely(boundary, np.array([piece]), others, motion)
     middle = boundary.points(np.array([piece]), boundary.lengths[[piece]] / 2)[0]
-    known = boundary.corners[np.concatenate([boundary.start[others], boundary.end[others]])]
-    away = np.hypot(*np.moveaxis(ends[:, None] + shift - known, -1, 0)).min(axis=1)
-    lonely = away > TOUCHING * float(np.ptp(boundary.corners, axis=0).max())
-    return np.asarray(middle if lonely.all() or not lonely.any() else ends[away.argmax()])
+    ends = boundary.corners[[boundary.start[piece], boundary.end[piece]]]
+    x, y = (middle if lonely.all() or not lonely.any() else ends[lonely.argmax()]).tolist()
+    return x, y
 
 
-def _is_copy(boundary: Boundary, piece: int, other: int, shift: Floats) -> bool:
+def _lonely(boundary: Boundary, pieces: Integers, others: Integers, motion: Similarity) -> Booleans:
+    """Mask (2k,) of the starts and then the ends of pieces (k,) that a motion takes to no end of the others."""
+    ends, known = (boundary.corners[np.concatenate([boundary.start[k], boundary.end[k]])] for k in (pieces, others))
+    away = np.hypot(*np.moveaxis(motion.points(ends)[:, None] - known, -1, 0)).min(axis=1)
+    return np.asarray(away > _tolerance(boundary))
+
+
+def _copies(boundary: Boundary, pieces: Integers, others: Integers, motion: Similarity) -> Integers:
+    """The first of the ``others`` that is a copy of each piece (k,), moved and reversed; -1 if there is none."""
     share = np.linspace(0, 1, SAMPLES)
-    here = boundary.points(np.full(SAMPLES, piece), share * boundary.lengths[piece])
-    there = boundary.points(np.full(SAMPLES, other), (1 - share) * boundary.lengths[other])
-    tolerance = TOUCHING * float(np.ptp(boundary.corners, axis=0).max())
-    return bool(np.abs(here + shift - there).max() <= tolerance)
+    here = motion.points(_samples(boundary, pieces, share)).reshape(-1, SAMPLES, 2)
+    there = _samples(boundary, others, 1 - share).reshape(-1, SAMPLES, 2)
+    tolerance = _tolerance(boundary)
+    alike = np.array([np.abs(each - there).max(axis=(1, 2)) <= tolerance for each in here])
+    return np.where(alike.any(axis=1), others[alike.argmax(axis=1)], -1)
+
+
+def _samples(boundary: Boundary, pieces: Integers, share: Floats) -> Floats:
+    """Points (k * m, 2) at shares (m,) of the lengths of pieces (k,)."""
+    return boundary.points(np.repeat(pieces, len(share)), (boundary.lengths[pieces][:, None] * share).ravel())
+
+
+def _tolerance(boundary: Boundary) -> float:
+    return TOUCHING * float(np.ptp(boundary.corners, axis=0).max())

@@ -42,32 +42,45 @@ class Tracks(NamedTuple):
         """Arc lengths s (m,) brought back to the pieces: modulo the length of closed ones, else to the ends."""
         return np.where(self.closed, np.mod(s, self.length), np.clip(s, 0, self.length))
 
-    def points(self, s: Floats) -> Floats:
-        """Points (m, 2) at arc lengths s (m,) from the starts of the pieces."""
-        along, result = self._along(s), np.empty((len(s), 2))
-        for curves, nodes, curve in self.groups:
-            result[nodes] = curves.points(curve, along[nodes])
-        return result
-
     def tangents(self, s: Floats) -> Floats:
-        """Unit tangents (m, 2) there; the domain is on their left."""
-        along, result = self._along(s), np.empty((len(s), 2))
-        for curves, nodes, curve in self.groups:
-            result[nodes] = curves.tangents(curve, along[nodes])
-        return result
+        """Unit tangents (m, 2) at arc lengths s (m,) from the starts of the pieces; the domain is on their left."""
+        return tangents_of(self.groups, along_curves(self.offset, self.period, s))
 
     def places(self, s: Floats) -> tuple[Floats, Floats]:
         """Points and unit tangents, both (m, 2), there."""
-        along = self._along(s)
-        points = np.empty((len(s), 2))
-        tangents = np.empty((len(s), 2))
+        along = along_curves(self.offset, self.period, s)
+        if len(self.groups) == 1:  # of all nodes
+            return self.groups[0].curves.places(self.groups[0].curve, along)
+        points, tangents = np.empty((len(s), 2)), np.empty((len(s), 2))
         for curves, nodes, curve in self.groups:
-            mine = along[nodes]
-            points[nodes], tangents[nodes] = curves.points(curve, mine), curves.tangents(curve, mine)
+            points[nodes], tangents[nodes] = curves.places(curve, along[nodes])
         return points, tangents
 
-    def _along(self, s: Floats) -> Floats:
-        """Arc lengths (m,) on the whole curves."""
-        along = self.offset + s
-        # Only a piece of a split closed curve runs past the end, and none by rounding.
-        return np.where(along > (1 + ROUNDING) * self.period, along - self.period, np.minimum(along, self.period))
+
+def along_curves(offset: Floats, period: Floats, s: Floats) -> Floats:
+    """Arc lengths (m,) on whole curves of lengths ``period`` (m,), of s (m,) from an ``offset`` (m,) on."""
+    along = offset + s
+    if not (along > period).any():
+        return along
+    # Only a piece of a split closed curve runs past the end, and none by rounding.
+    return np.where(along > (1 + ROUNDING) * period, along - period, np.minimum(along, period))
+
+
+def points_of(groups: Sequence[CurveNodes], along: Floats) -> Floats:
+    """Points (m, 2) of nodes in groups, at arc lengths ``along`` (m,) their curves."""
+    if len(groups) == 1:  # of all nodes
+        return groups[0].curves.points(groups[0].curve, along)
+    result = np.empty((len(along), 2))
+    for curves, nodes, curve in groups:
+        result[nodes] = curves.points(curve, along[nodes])
+    return result
+
+
+def tangents_of(groups: Sequence[CurveNodes], along: Floats) -> Floats:
+    """Unit tangents (m, 2) at nodes in groups, at arc lengths ``along`` (m,) their curves."""
+    if len(groups) == 1:
+        return groups[0].curves.tangents(groups[0].curve, along)
+    result = np.empty((len(along), 2))
+    for curves, nodes, curve in groups:
+        result[nodes] = curves.tangents(curve, along[nodes])
+    return result

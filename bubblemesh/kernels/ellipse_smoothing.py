@@ -74,20 +74,11 @@ class Newton(NamedTuple):
             t=len(self.triangles),
             triangles=np.ascontiguousarray(self.triangles),
             x=places,
-            inside=np.ascontiguousarray(self.inside.places),
-            inside_roots=np.ascontiguousarray(self.inside.roots),
-            inside_slopes=np.ascontiguousarray(self.inside.slopes),
-            own=np.ascontiguousarray(self.own.places),
-            own_roots=np.ascontiguousarray(self.own.roots),
-            own_slopes=np.ascontiguousarray(self.own.slopes),
             axes=np.ascontiguousarray(self.axes),
             count=len(order),
             order=order,
             sweeps=sweeps,
-            weight=float(self.weight),
-            slack=_side_term(self.free),
-            bend=BEND,
-            trust=TRUST,
+            **_arguments(self.inside, self.own, self.weight, self.free),
             delta=DELTA,
             most=MOST_SMOOTHED,
             tries=TRIES,
@@ -123,7 +114,7 @@ def _improve(
 
     def cost(at: Floats) -> Floats:
         x[group] = at
-        each = costs_in(x, triangles, inside, own, weight, free)
+        each = costs_in_numpy(x, triangles, inside, own, weight, free)
         return np.asarray(np.bincount(triangles.ravel(), np.repeat(each, 3), len(x))[group], np.float64)
 
     with np.errstate(invalid="ignore"):
@@ -147,6 +138,42 @@ def _improve(
 
 def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float, free: float = 1.0) -> Floats:
     """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `Newton` decreases, in the same metrics."""
+    compiled = library()
+    if compiled is None:
+        return costs_in_numpy(x, triangles, inside, own, weight, free)
+    result = np.empty(len(triangles))
+    compiled.call(
+        "metric_costs",
+        n=len(x),
+        t=len(triangles),
+        triangles=np.ascontiguousarray(triangles),
+        x=np.ascontiguousarray(x),
+        **_arguments(inside, own, weight, free),
+        costs=result,
+    )
+    return result
+
+
+def _arguments(inside: Metrics, own: Metrics, weight: float, free: float) -> dict[str, Floats | float]:
+    """What compiled kernels take of metrics, and of what terms go by."""
+    return {
+        "inside": np.ascontiguousarray(inside.places),
+        "inside_roots": np.ascontiguousarray(inside.roots),
+        "inside_slopes": np.ascontiguousarray(inside.slopes),
+        "own": np.ascontiguousarray(own.places),
+        "own_roots": np.ascontiguousarray(own.roots),
+        "own_slopes": np.ascontiguousarray(own.slopes),
+        "weight": float(weight),
+        "slack": _side_term(free),
+        "bend": BEND,
+        "trust": TRUST,
+    }
+
+
+def costs_in_numpy(
+    x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float, free: float = 1.0
+) -> Floats:
+    """The same as `costs_in`, in NumPy."""
     (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
     root, far = inside.at(np.column_stack([(ax + bx + ox) / 3, (ay + by + oy) / 3]))
     r11, r12, r22 = root.T

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 28  # of the library's functions, as in source/library.c
+VERSION = 29  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
@@ -31,11 +31,15 @@ SIGNATURES = {
         "weight:d momentum:d step:d tangents:D steps:i x:D"
     ),
     "enclose": "n:i t:i cells:U m:i walls:I triangles:I counts:I",
+    "first_groups": "n:i t:i triangles:I chosen:B groups:I",
+    "flip_to_shapes": ("t:i triangles:I measures:D roots:D m:i owners:I turned:I after:D there:D least:d fresh:B"),
+    "flips_of_shapes": ("n:i t:i triangles:I f:i facets:I measures:D fresh:B good:d owners:I turned:I count:I"),
     "guarded_move": "n:i t:i triangles:I x:D move:D keep:d share:D",
     "hilbert_index": "n:i cells:I bits:i index:I",
     "interpolate": (
         "m:i points:D x:d y:d scale:d unit:d count:d n:i key:I corner:I sides:D vertices:I values:D result:D"
     ),
+    "least_around": "n:i m:i edges:I rings:i values:I",
     "legalise_triangles": (
         "n:i t:i triangles:I known_m:i known_edges:I known_twins:H start:D x:D m:i facets:I open:i ordered:I twins:H "
         "edges:I count:I outcome:I"
@@ -44,10 +48,15 @@ SIGNATURES = {
         "n:i t:i triangles:I f:i facets:I x:D m:D roots:D fixed:i calm:B cycles:i inside:D beside:D seed:i first:i "
         "steps:i dt:d c:d cutoff:d most:d keep:d shortest:d passes:i sure:d flattest:d edges:I count:I"
     ),
+    "metric_costs": (
+        "n:i t:i triangles:I x:D inside:D inside_roots:D inside_slopes:D own:D own_roots:D own_slopes:D weight:d "
+        "slack:d bend:d trust:d costs:D"
+    ),
     "metric_flips": "n:i t:i triangles:I x:D m:D f:i facets:I passes:i sure:d flattest:d edges:I count:I",
     "metric_relax": (
         "n:i t:i triangles:I e:i edges:I x:D m:D fixed:i steps:i dt:d c:d cutoff:d most:d keep:d shortest:d speeds:D"
     ),
+    "metric_shapes": "t:i triangles:I x:D roots:D eta:D",
     "metric_smooth": (
         "n:i t:i triangles:I x:D inside:D inside_roots:D inside_slopes:D own:D own_roots:D own_slopes:D axes:D "
         "count:i order:I sweeps:i weight:d slack:d bend:d trust:d delta:d most:d tries:i"

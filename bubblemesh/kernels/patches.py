@@ -1,9 +1,9 @@
-"""Patches of nodes around triangles: the twin is in `packing.mending`."""
+"""Patches of nodes around triangles: the twin of `separate_patches` is in `packing.mending`."""
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Integers
-from bubblemesh.kernels.library import Library
+from bubblemesh.kernels.library import Library, library
 
 
 def separate_patches(
@@ -44,3 +44,25 @@ def separate_patches(
         count=count,
     )
     return near, patch, int(count[0])
+
+
+def least_around(edges: Integers, values: Integers, rings: int) -> Integers:
+    """The least of the values (n,) of nodes with edges (m, 2) at most so many edges away from each."""
+    compiled = library()
+    if compiled is None:
+        return least_around_in_numpy(edges, values, rings)
+    result = values.copy()
+    compiled.call(
+        "least_around", n=len(values), m=len(edges), edges=np.ascontiguousarray(edges), rings=rings, values=result
+    )
+    return result
+
+
+def least_around_in_numpy(edges: Integers, values: Integers, rings: int) -> Integers:
+    """The same as `least_around`, in NumPy."""
+    (i, j), result = edges.T, values
+    for _ in range(rings):
+        before, result = result, result.copy()
+        np.minimum.at(result, i, before[j])
+        np.minimum.at(result, j, before[i])
+    return result

@@ -64,14 +64,12 @@ def blended(columns: Columns, free: Booleans, smooth: Booleans, normals: Floats)
     if not (rate > 0).any():
         return columns
     start = direction = _unit(columns.up)
+    ends, width = np.append(i, j), np.append(width, width)
     for _ in range(BLENDINGS):
-        total = np.zeros_like(direction)
-        np.add.at(total, i, direction[j] / width[:, None])
-        np.add.at(total, j, direction[i] / width[:, None])
-        direction = _unit(direction + rate * (_unit(total) - direction))
+        beside = [np.bincount(ends, part[np.append(j, i)] / width, minlength=len(columns)) for part in direction.T]
+        direction = _unit(direction + rate * (_unit(np.column_stack(beside)) - direction))
     least = np.ones(len(columns))
-    total = np.zeros(len(columns))
-    walls = np.zeros(len(columns))
+    total, walls = np.zeros((2, len(columns)))
     for end in (i, j):
         cosine = (normal * direction[end]).sum(axis=1)
         np.minimum.at(least, end, cosine)

@@ -12,6 +12,7 @@ FEWEST_LAYERS = 3  # layers, if so many are asked for: where there is no room fo
 LEAST = 0.02  # factor of compressed layers; below it there are none
 WIDEST = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
 PASSES = 1000
+AT_ONCE = 8  # layers of all columns for which the spacing is asked at once
 HEIGHT_ROUNDING = 1e-12  # relative: what is just as high as it may be is not lost by it
 
 
@@ -97,12 +98,14 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
         widest_beside(columns, np.zeros(len(columns))),
     )
     for number, ladder in enumerate(columns.ladders):
-        going = np.flatnonzero(columns.ladder == number)
-        for full, top in zip(ladder.heights, ladder.tops[1:], strict=True):
-            height = columns.scale[going] * full
-            middle = columns.places(going, columns.scale[going] * top - height / 2)
-            d = _spacing_at(columns, going, middle, spacing)
-            widest = widest_beside(columns, columns.scale * top)[going]
+        going, full, tops = np.flatnonzero(columns.ladder == number), ladder.heights, ladder.tops[1:]
+        for layer in range(ladder.count):
+            if layer % AT_ONCE == 0:
+                asked, some = going, slice(layer, layer + AT_ONCE)
+                middles, spacings = _in_layers(columns, asked, full[some], tops[some], spacing)
+            height, here = columns.scale[going] * full[layer], np.searchsorted(asked, going)
+            middle, d = middles[layer % AT_ONCE, here], spacings[layer % AT_ONCE, here]
+            widest = widest_beside(columns, columns.scale * tops[layer])[going]
             if ladder.isotropic:
                 wide = widest * np.maximum(spacing.stretch(middle, columns.up[going]), 1.0)
             else:
@@ -117,13 +120,19 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
     return Most(most, spaced)
 
 
-def _spacing_at(columns: Columns, which: Integers, places: Floats, spacing: Spacing) -> Floats:
-    """Spacing (k,) along columns (k,) at places (k, 2) on them; outside the domain, if there is none, the foot's.
+def _in_layers(
+    columns: Columns, which: Integers, heights: Floats, tops: Floats, spacing: Spacing
+) -> tuple[Floats, Floats]:
+    """Middles (l, k, 2) of layers of some ``heights`` (l,) below ``tops`` (l,) on columns (k,), and the spacing (l, k).
 
-    Layers that would reach so far end where there is room for them.
+    The spacing is that along the columns; outside the domain, if there is none, the foot's: layers that would reach so
+    far end where there is room for them.
     """
-    d = spacing.anywhere_towards(places, columns.up[which])
-    return np.where(np.isnan(d), columns.spacing[which], d)
+    scale, each = columns.scale[which], np.tile(which, len(heights))
+    middles = columns.places(each, (scale * tops[:, None] - scale * heights[:, None] / 2).ravel())
+    d = spacing.anywhere_towards(middles, columns.up[each])
+    shape = len(heights), len(which)
+    return middles.reshape(*shape, 2), np.where(np.isnan(d), columns.spacing[each], d).reshape(shape)
 
 
 def widest_beside(columns: Columns, height: Floats) -> Floats:

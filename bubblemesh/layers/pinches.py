@@ -5,6 +5,7 @@ drawing round a concave corner off.
 """
 
 from dataclasses import replace
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -29,6 +30,8 @@ def fillet_radii(boundary: Boundary) -> Floats:
     """Mean radii (p,) of the pieces of a boundary that are curves and turn as fillets do; infinite for all others."""
     curved = np.flatnonzero(boundary.approximated & ~boundary.closed)
     length, radii = boundary.lengths[curved], np.full(len(boundary.lengths), np.inf)
+    if len(curved) == 0:
+        return radii
     turn = np.abs(turning(boundary.tangents(curved, np.zeros(len(curved))), boundary.tangents(curved, length)))
     fillet = (turn > 0) & (turn <= LARGEST_TURN)
     radii[curved[fillet]] = length[fillet] / turn[fillet]
@@ -40,7 +43,8 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
 
     Such a column goes up from where the walls beside the bend would meet, as from a corner there.
     """
-    columns, pairs = _bends(columns, walls), _meeting(columns, walls, free)
+    edges = ShortEdges.of(columns, walls)
+    columns, pairs = _bends(columns, edges), _meeting(columns, edges, free)
     if not pairs.any():
         return columns
     group = components(columns.pair[pairs], len(columns))
@@ -63,45 +67,45 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
     return replace(columns, at=at, foot_up=up, up=up, owner=owner, pinch=kept, twins=twins)
 
 
-def _bends(columns: Columns, walls: Walls) -> Columns:
+class ShortEdges(NamedTuple):
+    """Pairs of columns on short edges of a wall, and on those of small fillets, and how they go up from there."""
+
+    short: Booleans  # (p,)
+    on_fillet: Booleans  # (p,): pairs on fillets whose radius is about the height of the first layer, or below
+    nearer: Floats  # (p,): how much the columns come nearer for each unit of height
+    first: Floats  # (p,): height of the first layer
+
+    @classmethod
+    def of(cls, columns: Columns, walls: Walls) -> Self:
+        """The short edges among the pairs (p, 2) of columns."""
+        (i, j), width = columns.pair.T, columns.bare_widths
+        first = columns.first[i]
+        on_fillet = fillet_radii(walls.domain.boundary)[walls.piece[columns.side]] < ROUND * first
+        short = ~columns.fan & (columns.ladder[i] == columns.ladder[j]) & ((width < SHORT * first) | on_fillet)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            nearer = -((columns.up[j] - columns.up[i]) * (columns.at[j] - columns.at[i])).sum(axis=1) / width
+        return cls(short, on_fillet, nearer, first)
+
+
+def _bends(columns: Columns, edges: ShortEdges) -> Columns:
     """The columns, of which those on the same short edges know the first one."""
-    group = components(columns.pair[_short(columns, walls)[0]], len(columns))
+    group = components(columns.pair[edges.short], len(columns))
     return replace(columns, leader=np.unique(group, return_index=True)[1][group])
 
 
 def parting(columns: Columns, walls: Walls) -> Booleans:
     """Mask (c,) of the columns on such short edges that part, or go up side by side: they are a fan as they are."""
-    short, nearer, _ = _short(columns, walls)
+    edges = ShortEdges.of(columns, walls)
     found = np.zeros(len(columns), bool)
-    found[columns.pair[short & columns.apart & ~(nearer > 0)]] = True
+    found[columns.pair[edges.short & columns.apart & ~(edges.nearer > 0)]] = True
     return found
 
 
-def _meeting(columns: Columns, walls: Walls, free: Booleans) -> Booleans:
+def _meeting(columns: Columns, edges: ShortEdges, free: Booleans) -> Booleans:
     """Mask (p,) of the pairs on short edges whose columns meet soon, and on fillets whose columns meet at all."""
-    short, nearer, first = _short(columns, walls)
-    soon = (columns.bare_widths < LOW * nearer * first) | _on_fillets(columns, walls)
+    short, on_fillet, nearer, first = edges
+    soon = (columns.bare_widths < LOW * nearer * first) | on_fillet
     return np.asarray(short & free[columns.pair].all(axis=1) & (nearer > 0) & soon)
-
-
-def _on_fillets(columns: Columns, walls: Walls) -> Booleans:
-    """Mask (p,) of the pairs on fillets whose radius is about the height of the first layer, or below."""
-    radius = fillet_radii(walls.domain.boundary)[walls.piece[columns.side]]
-    return radius < ROUND * columns.first[columns.pair[:, 0]]
-
-
-def _short(columns: Columns, walls: Walls) -> tuple[Booleans, Floats, Floats]:
-    """Mask (p,) of pairs on short edges, how they come nearer for each unit of height, and heights of first layers.
-
-    Edges of small fillets count as short.
-    """
-    (i, j), width = columns.pair.T, columns.bare_widths
-    first = columns.first[i]
-    tiny = (width < SHORT * first) | _on_fillets(columns, walls)
-    short = ~columns.fan & (columns.ladder[i] == columns.ladder[j]) & tiny
-    with np.errstate(divide="ignore", invalid="ignore"):
-        nearer = -((columns.up[j] - columns.up[i]) * (columns.at[j] - columns.at[i])).sum(axis=1) / width
-    return short, nearer, first
 
 
 def _is_clear(columns: Columns, inside: Booleans, corner: Floats, up: Floats) -> bool:

@@ -6,11 +6,11 @@ from bubblemesh.arrays import Booleans, Floats, Integers, contained, extent
 from bubblemesh.errors import BubblemeshError
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.periodic import MATCH
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.messages import place
 
 AREA_TOLERANCE = 1e-12
-MATCH = 1e-8  # of the domain's size; the domain itself allows periodic sides a tenth of that
 ROUNDING = 1e-15  # of the squared extent, which may be far more than the area of a thin domain
 
 
@@ -93,11 +93,11 @@ def _require_labelled_edges(mesh: Mesh, edges: Integers, count: Integers) -> Non
 
 
 def require_matching_nodes(mesh: Mesh) -> None:
-    """Check that periodic sides are the same but for a shift."""
+    """Check that periodic sides are the same but for a shift or a turn."""
     tolerance = MATCH * extent(mesh.points)
     for sides in mesh.periodic_sides:
         here, there = mesh.points[sides.nodes.T]
-        away = np.abs(there - here - sides.shift).max(axis=1)
+        away = np.abs(sides.moved(here) - there).max(axis=1)
         if away.max() > tolerance:
             raise _fault("a node of a periodic side has no counterpart", here[away.argmax()])
 

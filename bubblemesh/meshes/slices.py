@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,8 @@ class SlicedMesh:
     read : callable
         Function that returns a slice by its number; the nodes of the first one follow those of the frame.
     """
+
+    partition: ClassVar[None] = None  # slices are no parts for a parallel solver
 
     frame: Mesh
     outer: Booleans

@@ -39,8 +39,8 @@ class Axes(NamedTuple):
         """Ellipses whose sizes are multiplied by factors (n,), or all by the same factor."""
         return Axes(self.across * factor, self.along * factor, self.direction)
 
-    def within(self, d: Floats) -> "Axes":
-        """The largest ellipses within these and within circles of diameters d (n,)."""
+    def within(self, d: float | Floats) -> "Axes":
+        """The largest ellipses within these and within circles of diameters d (n,), or all of the same."""
         return Axes(np.minimum(self.across, d), np.minimum(self.along, d), self.direction)
 
     def wider(self, aspect: float) -> "Axes":
@@ -101,6 +101,18 @@ def symmetric(across: Floats, along: Floats, direction: Floats) -> Floats:
     result[:, 1] = (a - b) * tx * ty
     result[:, 2] = a * ty * ty + b * tx * tx
     return result
+
+
+def turned(tensors: Floats, angle: Floats) -> Floats:
+    """Tensors (n, 3) whose ellipses are turned by angles (n,), in radians, counter-clockwise."""
+    (m11, m12, m22), c, s = tensors.T, np.cos(angle), np.sin(angle)
+    return np.column_stack(
+        [
+            c * c * m11 - 2 * c * s * m12 + s * s * m22,
+            c * s * (m11 - m22) + (c * c - s * s) * m12,
+            s * s * m11 + 2 * c * s * m12 + c * c * m22,
+        ]
+    )
 
 
 def require_positive_definite(d: Floats, where: Callable[[int], Sequence[float]]) -> None:

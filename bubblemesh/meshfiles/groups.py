@@ -12,6 +12,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.files import FORBIDDEN, LONGEST_NAME, is_writable
 from bubblemesh.meshes.mesh import Mesh
+from bubblemesh.meshes.periodic import PeriodicSides
 from bubblemesh.meshes.quads import Cells
 from bubblemesh.meshfiles.text import dumped
 
@@ -139,7 +140,7 @@ def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *
     """Text of the sidecar: id and dimension of each group by name, and its name in formats that spell it differently.
 
     Labelled points have the numbers of their nodes, from 0; periodic sides the label of their counterpart and the shift
-    to it.
+    to it, or the angle in degrees and the centre of the turn to it.
 
     Parameters
     ----------
@@ -176,10 +177,17 @@ def _places(mesh: Mesh) -> dict[int, dict[str, Any]]:
 def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:
     """Counterparts of the periodic sides, by the ids of their labels."""
     found: dict[int, dict[str, Any]] = {}
-    for first, second, shift, _ in mesh.periodic_sides:
-        found[first + 1] = {"periodic": {"with": mesh.labels[second], "shift": shift.tolist()}}
-        found[second + 1] = {"periodic": {"with": mesh.labels[first], "shift": (0 - shift).tolist()}}
+    for sides in mesh.periodic_sides:
+        for one, other, sign in ((sides.first, sides.second, 1), (sides.second, sides.first, -1)):
+            found[one + 1] = {"periodic": {"with": mesh.labels[other], **_motion(sides, sign)}}
     return found
+
+
+def _motion(sides: PeriodicSides, sign: int) -> dict[str, Any]:
+    """How the first of two sides is moved to the second, or with the sign -1 the second to the first."""
+    if sides.angle == 0:
+        return {"shift": (0 + sign * sides.shift).tolist()}
+    return {"angle": sign * sides.angle, "center": sides.center.tolist()}
 
 
 # Names of the numbers of groups in readers of meshio and writers of this package.

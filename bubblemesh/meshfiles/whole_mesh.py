@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats, Integers, extent
 from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_sided
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import ENTRIES
+from bubblemesh.meshes.periodic import misfit, rigid_motion
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.faults import faults
 from bubblemesh.meshfiles.metric import metric_of
@@ -18,7 +19,7 @@ from bubblemesh.messages import shown
 
 ALL_NODES = "NALL"  # set of files for CalculiX
 BOUNDARY = "boundary"  # label of boundary edges that have none
-MOVED = 1e-6  # of the extent: tolerance for nodes of periodic sides and their shifted counterparts
+MOVED = 1e-6  # of the extent: tolerance for nodes of periodic sides and their counterparts, moved
 # Names in formats of coasts of data at nodes that give a depth, with factors: depth, or the height of the bed.
 DEPTHS = {"depth": 1.0, "elevation": -1.0, "bottom": -1.0, "z": -1.0}
 
@@ -56,19 +57,21 @@ def _with_periodic(mesh: Mesh, matching: Sequence[Integers]) -> tuple[Mesh, tupl
     n, outer = len(mesh.points), np.flatnonzero(mesh.outer)
     keys = edge_keys(mesh.facets[outer], n)
     order = np.argsort(keys)
-    pairs, missed = [mesh.periodic], 0
+    pairs, missed, tolerance = [mesh.periodic], 0, MOVED * extent(mesh.points)
     for nodes in matching:
         copy = np.full(n, -1)
         copy[nodes[:, 1]] = nodes[:, 0]
         ends = copy[mesh.facets[outer, ::-1]]
         first = np.flatnonzero((ends >= 0).all(axis=1))
         second = find_keys(keys[order], edge_keys(ends[first], n))
-        shifts = np.ptp(mesh.points[nodes[:, 0]] - mesh.points[nodes[:, 1]], axis=0)
-        if len(first) == 0 or (second < 0).any() or shifts.max() > MOVED * np.ptp(mesh.points, axis=0).max():
+        here, there = mesh.points[nodes.T]
+        moved = len(first) > 0 and misfit(rigid_motion(here, there, tolerance), here, there) <= tolerance
+        if not moved or (second < 0).any():
             missed += 1
         else:
             pairs.append(np.column_stack([outer[first], outer[order[second]]]))
-    note = (f"{missed} of its {len(matching)} pairs of periodic sides are left out: they are no shifted boundaries",)
+    left_out = f"{missed} of its {len(matching)} pairs of periodic sides are left out"
+    note = (f"{left_out}: they are no boundaries that are shifted or turned",)
     return replace(mesh, periodic=np.vstack(pairs)), note if missed else ()
 
 

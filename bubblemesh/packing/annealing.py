@@ -16,7 +16,7 @@ from bubblemesh.kernels.relaxing import CUTOFF
 from bubblemesh.meshes.quality import REGULAR_VALENCE
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.motion import SemiImplicitEuler
-from bubblemesh.packing.net import Net, connect_within, measured
+from bubblemesh.packing.net import Net, connect_within
 from bubblemesh.packing.relaxation import Relaxed, Relaxer, euler_steps
 from bubblemesh.records import record
 
@@ -158,7 +158,7 @@ class CyclicAnnealing(AnnealingCycles):
         parts, done = [Relaxed.none(net.bubbles)], 0
         while done < total:
             if done:
-                net = measured(net, relaxer.spacing)
+                net = net.spaced_by(relaxer.spacing)
             some = slice(done, done + SPACING_STAYS)
             inside, calm = self.amplitude * shares[some], self._calm(net.bubbles)
             cycles = Cycles(seed, done, inside, self.amplitude_at_boundary * inside, calm)

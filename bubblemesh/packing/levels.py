@@ -1,7 +1,7 @@
 """Levels: a coarse packing is put in order, and its order carried over to finer ones."""
 
 from dataclasses import replace
-from typing import Annotated, Protocol
+from typing import Annotated, ClassVar, Protocol
 
 import numpy as np
 from annotated_types import Gt, Le
@@ -33,6 +33,10 @@ SPLIT = 1.6  # edges longer than this, in units of the finer spacing, are halved
 class Levels(Protocol):
     """The spacings that are packed one after the other."""
 
+    @property
+    def several(self) -> bool:
+        """Whether there may be others than the one asked for."""
+
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
         """Spacings of the levels, the coarsest first and the one asked for last."""
 
@@ -41,6 +45,8 @@ class Levels(Protocol):
 class SingleLevel:
     """The spacing asked for, and no other."""
 
+    several: ClassVar[bool] = False
+
     def __call__(self, domain: Domain, spacing: Spacing, expected_nodes: float) -> tuple[Spacing, ...]:
         return (spacing,)
 
@@ -48,6 +54,8 @@ class SingleLevel:
 @record
 class Doubling:
     """Coarser spacings first, doubled as often as the spacing stays gentle and enough bubbles are left."""
+
+    several: ClassVar[bool] = True
 
     coarsest_nodes: Annotated[
         int, Gt(0), Le(1_000_000_000), Doc("least number of bubbles, about, that the coarsest level has")

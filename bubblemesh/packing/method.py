@@ -74,6 +74,11 @@ class Method:
         """Expected cost of the end of a packing of so many bubbles, in steps of relaxation of one bubble."""
         raise NotImplementedError
 
+    @property
+    def coarsens(self) -> bool:
+        """Whether coarser levels may come before the finest one."""
+        return self.levels.several and not self.placement.in_order
+
     def warm_started(self, previous: PreviousNodes) -> Self:
         """The method with a start from the nodes of a previous mesh, on the finest level only."""
         annealing = self.annealing.sparing(previous.calm)

@@ -39,6 +39,10 @@ class Net:
         """Net with the same facets and triangles, of as many other bubbles, or of these at other places."""
         return self._joined(bubbles, self.triangles, self.edges, self.legal, self.start)
 
+    def spaced_by(self, spacing: Spacing) -> "Net":
+        """The net whose bubbles have the spacing where they are."""
+        return self.of(self.bubbles.moved(self.bubbles.x, spacing.extended(self.bubbles.x)))
+
     def by(self, legal: Legal, bubbles: Bubbles, connected_at: Floats | None = None) -> "Net":
         """Net with the same facets, of as many bubbles that flips have connected where they are, or were."""
         return self._joined(bubbles, legal.triangles, legal.edges, legal, connected_at)
@@ -241,9 +245,4 @@ def connect_inside(
     bubbles: Bubbles, domain: Domain, spacing: Spacing, before: Net | None = None, triangles: Integers | None = None
 ) -> Net:
     """Connect bubbles as `connect_within`, and evaluate the spacing where they are."""
-    return measured(connect_within(bubbles, domain, before, triangles), spacing)
-
-
-def measured(net: Net, spacing: Spacing) -> Net:
-    """The net with the spacing where its bubbles are."""
-    return net.of(net.bubbles.moved(net.bubbles.x, spacing.extended(net.bubbles.x)))
+    return connect_within(bubbles, domain, before, triangles).spaced_by(spacing)

@@ -124,7 +124,6 @@ class _Cutter:
         self.spacing = spacing
         chords = domain.boundary.chords()
         self._chords = np.stack([chords.start, chords.end], axis=1)
-        self._walls = len(chords.start)  # the chords after these are cuts
         self._corners = domain.boundary.corners
         self._sizes = spacing.extended(self._corners)
         self._area = domain.polygon
@@ -165,6 +164,9 @@ class _Cutter:
         """A cut is a wall for those that follow."""
         self._chords = np.concatenate([self._chords, [ends]])
         crossed = shapely.get_coordinates(shapely.intersection(shapely.linestrings(ends), self._area.boundary))
+        x0, y0, x1, y1 = self._domain.bounds  # the box is around these: what is within ends at another cut
+        on_cuts = np.array([(x, y) for x, y in ends if x0 <= x <= x1 and y0 <= y <= y1]).reshape(-1, 2)
+        self._landings = self._landings.with_ends(on_cuts, self.spacing.extended(on_cuts))
         new = np.concatenate([ends, crossed])
         self._corners = np.concatenate([self._corners, new])
         self._sizes = np.concatenate([self._sizes, self.spacing.extended(new)])
@@ -209,11 +211,14 @@ class _Cutter:
                     yield near
 
     def _landed(self, piece: _Piece, choice: _Choice) -> _Choice:
-        """The cut moved and turned a little, to meet walls and lines at bubbles that they have without it."""
+        """The cut moved and turned a little, to meet walls and lines at bubbles that they have without it.
+
+        Other cuts it meets where these are met from their other side, if that is near.
+        """
         met = self._met(np.array(_divided(piece.polygon, choice)[2]))
         way = np.array([np.cos(choice.angle), np.sin(choice.angle)])
-        landing = self._landings.near(np.array(choice.at), way, met.at[met.chord < self._walls])
-        if landing is None:
+        landing = self._landings.near(np.array(choice.at), way, met.at)
+        if landing is None or (landing.through[:, None] == piece.polygon).all(axis=2).any():
             return choice
         turned = choice.angle + float(np.arctan(landing.slope))
         landed = choice._replace(at=as_point(landing.through[0]), angle=turned, through=landing.through)

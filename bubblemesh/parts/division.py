@@ -139,8 +139,12 @@ def _with_lines(boundary: Boundary, pieces: Integers, turned: Booleans) -> Bound
     return replace(boundary, families=families, **columns)
 
 
-def cut_domain(domain: Domain, cuts: Cuts, spacing: Spacing) -> CutDomain:
-    """Cut a domain; the bubbles along the cuts are placed by the spacing, once for the parts on both sides."""
+def cut_domain(domain: Domain, cuts: Cuts, spacing: Spacing, *, coarsened: bool) -> CutDomain:
+    """Cut a domain; the bubbles along the cuts are placed by the spacing, once for the parts on both sides.
+
+    Where these are packed on levels that are ``coarsened``, their numbers are such that each level has every second one
+    of the next: rows across a cut go on when they are refined. Else some would end there, and leave defects.
+    """
     whole, size = domain.boundary, domain.size
     named = replace(whole, label=np.arange(len(whole.kind)), labels=tuple(map(str, range(len(whole.kind)))))
     fresh = named.with_inner(cuts.lines)
@@ -160,7 +164,8 @@ def cut_domain(domain: Domain, cuts: Cuts, spacing: Spacing) -> CutDomain:
     division = _mirrored(CutDomain(domain, cuts, boundary, origin, left, right, Held()))
     held = division.on_cut | (division.origin >= 0) & domain.tied[division.origin]
     straight = _with_lines(division.boundary, np.flatnonzero(division.on_cut), np.zeros(len(held), bool))
-    shell = boundary_bubbles(Domain(straight, parts=domain.parts), spacing)
+    halved = division.on_cut & coarsened
+    shell = boundary_bubbles(Domain(straight, parts=domain.parts), spacing, halved)
     order = np.lexsort((shell.s, shell.piece))
     order = order[held[shell.piece[order]]]
     return replace(division, held=Held(np.flatnonzero(held), shell.piece[order], shell.s[order]))

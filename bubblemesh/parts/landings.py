@@ -1,4 +1,8 @@
-"""Landings: cuts meet walls and lines at bubbles that are there without any cut, as far as a straight line can."""
+"""Landings: cuts meet walls and lines at bubbles that are there without any cut, as far as a straight line can.
+
+They meet other cuts where these are met from their other side, if that is near: two ends close to each other would be
+bubbles too near to each other.
+"""
 
 from typing import NamedTuple
 
@@ -13,6 +17,7 @@ from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 REACH = 1.0  # spacings from a crossing to a bubble that it may move to
+REACH_OF_ENDS = 4.0  # the same to the end of a cut
 MOST = 12  # crossings that count: those where the bubbles are smallest
 TURN = 0.05  # most by which a cut is turned, as a slope
 HALF = 0.5  # spacings: from a crossing between two bubbles to these
@@ -38,17 +43,24 @@ class _Spots(NamedTuple):
 
 @record
 class Landings:
-    """Bubbles on walls and lines, but for those at sharp corners."""
+    """Bubbles on walls and lines, but for those at sharp corners, and ends of cuts on others."""
 
     x: Floats  # (n, 2)
     d: Floats  # (n,): spacing there
+    reach: Floats  # (n,): from how far a crossing may move there
 
     @classmethod
     def of(cls, domain: Domain, spacing: Spacing) -> "Landings":
         """The bubbles of a domain that is not cut."""
         shell = unconnected(boundary_bubbles(domain, spacing), domain)
         smooth = shell.turns < SHARP
-        return cls(shell.bubbles.x[smooth], shell.bubbles.d[smooth])
+        x, d = shell.bubbles.x[smooth], shell.bubbles.d[smooth]
+        return cls(x, d, REACH * d)
+
+    def with_ends(self, x: Floats, d: Floats) -> "Landings":
+        """These and ends of cuts at x (k, 2), where the spacings are d (k,)."""
+        parts = zip((self.x, self.d, self.reach), (x, d, REACH_OF_ENDS * d), strict=True)
+        return Landings(*(np.concatenate(both) for both in parts))
 
     def near(self, at: Floats, way: Floats, crossings: Floats) -> Landing | None:
         """The line near to one through ``at`` (2,) in the direction of a unit vector (2,) that lands best.
@@ -67,9 +79,9 @@ class Landings:
 
     def _spots(self, at: Floats, way: Floats, crossings: Floats) -> _Spots:
         off = (self.x - at) @ (-way[1], way[0])
-        near = np.flatnonzero(np.abs(off) <= REACH * self.d)
+        near = np.flatnonzero(np.abs(off) <= self.reach)
         x, d = self.x[near], self.d[near]
-        beside = np.hypot(*(crossings[:, None] - x).transpose(2, 0, 1)) <= REACH * d
+        beside = np.hypot(*(crossings[:, None] - x).transpose(2, 0, 1)) <= self.reach[near]
         smallest = np.where(beside, d, np.inf).min(axis=1, initial=np.inf)
         crossing, spot = np.nonzero(beside[np.sort(np.argsort(smallest, kind="stable")[:MOST])])
         return _Spots(near[spot], (x[spot] - at) @ way, off[near[spot]], d[spot], crossing)

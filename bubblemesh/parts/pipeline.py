@@ -99,7 +99,7 @@ def packed_in_parts(
     """
     workshop.crew(packed_part, ())  # no jobs yet: its workers start while the domain is cut
     cuts = find_cuts(domain, terms.spacing, expected_nodes, parts)
-    division = cut_domain(domain, cuts, terms.spacing)
+    division = cut_domain(domain, cuts, terms.spacing, coarsened=terms.method.coarsens)
     terms = replace(terms, deadline=deadline())
     places, margins = _packed_parts(division, cuts, expected_nodes, terms, workshop)
     net, along, ends, numbers = join_bands(division, list(_patches(division, places, margins)), terms.spacing)

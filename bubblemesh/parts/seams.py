@@ -23,10 +23,14 @@ from bubblemesh.spacing.spacing import Spacing
 
 SEAM = 6  # edges from a cut to the bubbles that stay
 JUNCTION = 10  # the same from where a cut ends, which is packed once more after the rest of the seams
+TOGETHER = 5000  # triangles, about: smaller strips are packed as one, which takes less than one by one
 
 
 class Strip(NamedTuple):
-    """A part of a net that is packed once more, as a domain with straight sides whose corners are bubbles that stay."""
+    """A part of a net that is packed once more, as a domain with straight sides whose corners are bubbles that stay.
+
+    It may be several strips that are apart from each other.
+    """
 
     node: Integers  # (n,): numbers of its bubbles in the net, ascending
     free: Booleans  # (n,): those of them that are within; the others are corners
@@ -86,6 +90,7 @@ class SeamStrips:
         # The free bubbles of a triangle are joined by its sides, so that each triangle is in one strip at the most.
         of_triangle = group[net.triangles].max(axis=1)
         mine = np.flatnonzero(of_triangle >= 0)
+        of_triangle[mine] = _together(np.bincount(of_triangle[mine]))[of_triangle[mine]]
         mine = mine[np.argsort(of_triangle[mine], kind="stable")]
         parts = np.split(mine, np.flatnonzero(np.diff(of_triangle[mine])) + 1) if len(mine) else []
         forth, back = (np.append(of_triangle, -1)[found] for found in _beside_facets(net))
@@ -125,6 +130,20 @@ class SeamStrips:
         x = np.vstack([np.zeros((0, 2)), *places])
         grown = rest.append(x, spacing.extended(x))
         return replace(net, bubbles=grown, facets=number[net.facets], triangles=np.concatenate(triangles)), number
+
+
+def _together(sizes: Integers) -> Integers:
+    """Number (k,) of the group of each of some strips, by the numbers of their triangles (k,).
+
+    Large strips are alone; groups of others have about as many triangles as `TOGETHER` says, if there are so many.
+    """
+    large = sizes >= TOGETHER
+    count = int(large.sum()) + round(sizes[~large].sum() / TOGETHER)
+    group, found = np.zeros(len(sizes), np.int64), [0] * max(count, 1)
+    for strip in np.argsort(-sizes, kind="stable").tolist():
+        group[strip] = smallest = found.index(min(found))
+        found[smallest] += int(sizes[strip])
+    return group
 
 
 def _polygon(corners: Floats, ends: Integers, outer: int) -> Domain:

@@ -1,6 +1,6 @@
 """Ellipses of the kinds of metrics that a case can give, as functions of the place."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -11,13 +11,15 @@ from bubblemesh.geometry.corners import bend_centres, turns
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.tensors import Axes, axes
-from bubblemesh.records import record
+from bubblemesh.records import Uncached, record
+from bubblemesh.spacing.expression import Expression, together
 from bubblemesh.spacing.metric.metric import EllipsesAt
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
 NumberAt = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
+NumbersAt = Callable[[Floats, Floats], list[Floats]]
 CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
 SQUARE = 1e-3  # cosine of the angle between a wall and the way to it that is a right one, but for rounding on curves
 INFINITE = 1e100  # size that asks for nothing
@@ -26,8 +28,16 @@ TURNED = 0.5  # radians by which ellipses turn around a corner that makes them r
 LONGER = 0.7  # growth of their length away from it
 
 
+def numbers_together(numbers: Sequence[NumberAt]) -> NumbersAt:
+    """Several numbers as one function; what expressions have in common is evaluated once."""
+    expressions = [number for number in numbers if isinstance(number, Expression)]
+    if len(expressions) == len(numbers):
+        return together(expressions)
+    return lambda x, y: [number(x, y) for number in numbers]
+
+
 @record
-class Directed:
+class Directed(Uncached):
     """Ellipses of sizes across and along a direction, given by its angle."""
 
     angle: NumberAt
@@ -36,8 +46,8 @@ class Directed:
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        angle, across = self.angle(x, y), self.across(x, y)
-        along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
+        angle, across, *limits = self._numbers(x, y)
+        (along,) = limits or [np.full(len(x), INFINITE)]
         across = np.where((across > 0) & (along > 0) & np.isfinite(angle), across, np.nan)
         direction = np.empty((len(x), 2))
         with np.errstate(invalid="ignore"):
@@ -49,9 +59,13 @@ class Directed:
             across, along = np.minimum(across, along), np.maximum(across, along)
         return Axes(across, along, direction)
 
+    @cached_property
+    def _numbers(self) -> NumbersAt:
+        return numbers_together([self.angle, self.across, *([] if self.along is None else [self.along])])
+
 
 @record
-class Entries:
+class Entries(Uncached):
     """Ellipses of tensors, given by their entries."""
 
     m11: NumberAt
@@ -60,12 +74,16 @@ class Entries:
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        m11, m12, m22 = self.m11(x, y), self.m12(x, y), self.m22(x, y)
+        m11, m12, m22 = self._numbers(x, y)
         with np.errstate(invalid="ignore", over="ignore"):
             positive = (m11 > 0) & (m22 > 0)
             m11, m22 = np.maximum(m11, LEAST), np.maximum(m22, LEAST)
             positive &= m11 * m22 > m12 * m12
         return axes(np.where(positive[:, None], np.column_stack([m11, m12, m22]), np.nan))
+
+    @cached_property
+    def _numbers(self) -> NumbersAt:
+        return numbers_together([self.m11, self.m12, self.m22])
 
 
 @record

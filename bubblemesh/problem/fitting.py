@@ -49,7 +49,7 @@ def requested_spacing(
     Edges below layers are ``hidden`` up to some length (p,) of each piece, and make nothing finer.
     CaseError where it is not positive and finite, and LimitError where it needs more than so many nodes.
     """
-    before_rules, cover = request.at(scale), Cover.of(domain)
+    before_rules, cover = request.at(scale), Cover(domain)
     survey = surveyed(domain, before_rules, max_nodes, cover)
     after_rules = request.rules(domain, replace(before_rules, floor=survey.extremes.minimum / 2), max_nodes, hidden)
     after_periodic = limited_across_sides(domain, after_rules)

@@ -16,7 +16,8 @@ from bubblemesh.layers.pinches import ROUND, SHORT, fillet_radii
 from bubblemesh.layers.pipeline import HighLayerError, layered
 from bubblemesh.layers.rest import Rest
 from bubblemesh.messages import meant
-from bubblemesh.spacing.rules.grading import Ground, LimitedSpacing
+from bubblemesh.problem.problem import Problem
+from bubblemesh.spacing.rules.grading import Ground
 from bubblemesh.spacing.rules.rules import limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources, short_pieces
 from bubblemesh.spacing.spacing import Spacing
@@ -77,32 +78,25 @@ def hidden_below(domain: Domain, ladders: Sequence[Ladder]) -> Floats:
     return hidden
 
 
-def with_layers(
-    domain: Domain,
-    requested: Spacing,
-    packing: Spacing,
-    before: LimitedSpacing,
-    ground: Ground | None,
-    ladders: Sequence[Ladder],
-    max_nodes: int,
-) -> tuple[Rest, Spacing, Floats]:
-    """The rest of the domain beside its layers, the spacing there, and the short edges (k, 2, 2) that make it finer.
+def with_layers(problem: Problem, ground: Ground | None) -> tuple[Rest, Spacing, Floats]:
+    """The rest of a problem's domain beside its layers, the spacing there, and the short edges (k, 2, 2) behind it.
 
-    They are no higher than the ``requested`` spacing, than which that for the ``packing`` may be finer: in a metric
-    both depend on the direction, and the spacing ``before`` that is limited does not. If it was limited already
-    without layers, this goes on from that ``ground``: their edges are more sources in the same domain.
+    Layers are no higher than the spacing that is requested, than which that of the packing may be finer. In a metric
+    both depend on the direction: the spacing beside layers is limited from the one that does not. If that was limited
+    already without layers, this goes on from that ``ground``: their edges are more sources in the same domain.
 
     HighLayerError if a first layer is higher than the spacing across all of its walls, LimitError if there would be
-    more than ``max_nodes`` nodes.
+    more nodes than the task allows.
     """
+    domain, packing, task = problem.domain, problem.packing_spacing, problem.task
 
     def limited(sources: Sources) -> Spacing:
-        return limited_for_packing_across_sides(domain, before, sources, ground=ground).spacing
+        return limited_for_packing_across_sides(domain, problem.after_periodic, sources, ground=ground).spacing
 
-    rest = layered(domain, requested, packing, ladders, max_nodes)
+    rest = layered(domain, problem.spacing, packing, task.ladders, task.max_nodes)
     low = rest.strips.low_fans
     if len(low) and not packing.in_metric:
-        rest = layered(domain, requested, limited(low), ladders, max_nodes)
+        rest = layered(domain, problem.spacing, limited(low), task.ladders, task.max_nodes)
     sources = short_pieces(rest.domain, packing)
     beside = limited(sources)
     return rest.held_at_steps(beside), beside, sources.points.reshape(-1, 2, 2)

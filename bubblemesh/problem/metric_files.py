@@ -74,7 +74,7 @@ def _read_rasters(model: FieldMetric, domain: Domain) -> tuple[EllipsesAt, tuple
 
 def _left_out(what: str, data: TensorField | Raster, domain: Domain) -> Iterator[str]:
     """Note on the part of a domain that data does not reach."""
-    corners = Cover.of(domain).corners
+    corners = Cover(domain).corners
     middles, areas = corners.mean(axis=1), np.abs(doubled_areas(corners))
     outside = ~data.holds(middles if domain.plane is None else domain.plane.given(middles))
     share = areas[outside].sum() / areas.sum()

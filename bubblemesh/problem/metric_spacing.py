@@ -3,15 +3,25 @@
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, Key, at_key
+from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
-from bubblemesh.meshes.tensors import Axes, area_sizes, axes, intersections, require_positive_definite, size_ratios
+from bubblemesh.meshes.tensors import (
+    Axes,
+    area_sizes,
+    axes,
+    intersections,
+    require_positive_definite,
+    size_ratios,
+    turned,
+)
 from bubblemesh.messages import place, two_places
 from bubblemesh.problem.ellipses import Scaled
 from bubblemesh.problem.metric import MetricRequest
@@ -92,13 +102,23 @@ class Intersection:
 
     def __call__(self, x: Floats, y: Floats) -> Axes:
         """Axes of the ellipses at x (n,) and y (n,)."""
-        d = np.minimum(self.spacing.extended(np.column_stack([x, y])), self.largest)
+        d = self._limits(np.column_stack([x, y])) if self._limit is None else self._limit
         if not self.metrics:
+            d = np.broadcast_to(d, len(x))
             return Axes(d, d, np.column_stack([np.ones(len(d)), np.zeros(len(d))]))
         first, *others = (metric.ellipses(x, y).within(d).wider(metric.aspect) for metric in self.metrics)
         for other in others:
             first = axes(intersections(first.tensors, other.tensors))
         return first
+
+    def _limits(self, points: Floats) -> Floats:
+        """Largest sizes (n,) at points (n, 2)."""
+        return np.minimum(self.spacing.extended(points), self.largest)
+
+    @cached_property
+    def _limit(self) -> float | None:
+        """The largest size, if it is the same everywhere: most metrics have no more than that."""
+        return float(self._limits(np.zeros((1, 2)))[0]) if self.spacing.is_uniform else None
 
 
 def _with_fewer_nodes(straight: MetricSpacing, bent: MetricSpacing, domain: Domain, max_nodes: int) -> MetricSpacing:
@@ -106,7 +126,7 @@ def _with_fewer_nodes(straight: MetricSpacing, bent: MetricSpacing, domain: Doma
 
     Sizes grow by 5 % at most: a metric that is impossible in most of the domain takes more nodes.
     """
-    cover = Cover.of(domain)
+    cover = Cover(domain)
     nodes, fewer = (ideal_nodes(domain, spacing, max_nodes, ESTIMATE, cover) for spacing in (straight, bent))
     scale = min((nodes / fewer) ** 0.25, LARGER)
     return straight if scale <= 1 else MetricSpacing.of(Scaled(straight.ellipses, scale), straight.aspect, bent)
@@ -129,7 +149,7 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
 
     # Tensors are interpolated between the nodes, and for that these need not be in order.
     method = replace(ELLIPSES, annealing=NoEllipseAnnealing(), smoothing=NoEllipseSmoothing())
-    result, cover = spacing, Cover.of(domain)
+    result, cover = spacing, Cover(domain)
     for _ in range(GRADINGS):
         ideal_nodes(domain, result, max_nodes, ESTIMATE, cover)  # so that too many are told before they are packed
         levels, start = method.started(domain, result, 0, max_nodes)
@@ -161,7 +181,10 @@ def _differing_sides(domain: Domain, spacing: MetricSpacing) -> Iterator[str]:
     s = share * boundary.lengths[piece]
     mine, other, at = counterparts(boundary, pairs, piece, s)
     here, there = boundary.points(piece[mine], s[mine]), boundary.points(other, at)
-    times = size_ratios(spacing.checked(here), spacing.checked(there))
+    # About the tip of a wedge, its own counterpart, all but circles differ.
+    apart = np.hypot(*(there - here).T) > TOUCHING * domain.size
+    here, there, turn = here[apart], there[apart], domain.turn[piece[mine[apart]]]
+    times = size_ratios(turned(spacing.checked(here), turn), spacing.checked(there))
     k = int(times.argmax())
     if times[k] > DIFFERENT:
         first, second = two_places(here[k], there[k])

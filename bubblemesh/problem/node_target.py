@@ -1,6 +1,6 @@
 """Node target: the scale of a spacing at which it asks for a number of nodes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TypeVar
@@ -11,7 +11,7 @@ from bubblemesh.errors import CaseError, Key, LimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import node_limit
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.process.limits import timed
+from bubblemesh.process.limits import Stopwatch
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes
@@ -71,9 +71,9 @@ class ScaleSearch:
 
     nodes: int  # the target
     scales: Scales
-    check: Callable[[Task, dict[str, float], float], Problem]  # gives the problem at a scale, and adds its times
+    check: Callable[[Task, Stopwatch, float], Problem]  # gives the problem at a scale
     task: Task
-    seconds: dict[str, float]  # taken before
+    seconds: Mapping[str, float]  # taken before
     key: Key  # of the target in the case
     nearest: Callable[[int], str] | None = None  # if the nearest number will do, the warning of another one
     warnings: tuple[str, ...] = ()  # of each problem
@@ -85,23 +85,23 @@ class ScaleSearch:
         """
         exact = start is None and self.nearest is None
         spent = replace(self.task, max_nodes=max(FEW, TIMES_TOO_MANY * self.nodes))
-        time = dict(self.seconds)
+        stopwatch = Stopwatch(self.seconds)
 
         def at(scale: float) -> tuple[float, Problem | None]:
             try:
-                problem = self.check(spent, time, scale)
+                problem = self.check(spent, stopwatch, scale)
             except LimitError:
                 return np.inf, None
             return problem.expected_nodes, problem
 
-        with timed(time, "spacing"):
+        with stopwatch.stage("spacing"):
             scale, problem, trials = scaled_to(expected, self.scales, at, start, self.key if exact else None, known)
         if problem is None and self.nearest is not None:
-            problem = self.check(self.task, time, scale)  # which has more than were to be counted
+            problem = self.check(self.task, stopwatch, scale)  # which has more than were to be counted
         if problem is None:
             with at_key(*self.key):
                 raise out_of_reach(expected, np.inf)
-        return self.of(replace(problem, task=self.task, seconds=time), scale, (*known, *trials))
+        return self.of(replace(problem, task=self.task, seconds=stopwatch.seconds), scale, (*known, *trials))
 
     def of(self, problem: Problem, scale: float, trials: tuple[CountTrial, ...] = ()) -> Problem:
         """The problem at a scale that trials led to, which is made anew at others where its mesh misses the target."""

@@ -1,6 +1,6 @@
 """From a case to a problem: the domain, the spacing request and the method, bound and checked."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -25,7 +25,7 @@ from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
 from bubblemesh.problem.task import task_of
 from bubblemesh.problem.warnings import FinerSpacing
-from bubblemesh.process.limits import enter, timed
+from bubblemesh.process.limits import Stopwatch, enter
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
@@ -39,46 +39,44 @@ NODES = Key(["spacing", "nodes"])
 
 def prepare(case: Case) -> Problem:
     """Check geometry and spacing of a case, and bind its method; errors have the place and what to do."""
-    seconds: dict[str, float] = {}
-    with timed(seconds, "geometry"):
+    stopwatch = Stopwatch()
+    with stopwatch.stage("geometry"):
         domain = case_domain(case)
-    with timed(seconds, "spacing"):
+    with stopwatch.stage("spacing"):
         request = case_spacing(case, domain)
     with sizes_in_metres(case, given_bounds(domain)):
-        return prepare_for(case, domain, request, task_of(case, domain), seconds)
+        return prepare_for(case, domain, request, task_of(case, domain), stopwatch)
 
 
 def prepare_for(
-    case: Case, domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], key: Key = NODES
+    case: Case, domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch, key: Key = NODES
 ) -> Problem:
     """Make a problem of a case's domain and a spacing request, and check all that both have to fit; as `prepare_in`."""
     if request.nodes is None:  # else the spacing is not known yet
         gap_notes = open_gaps(case, domain, _before_rules(request, None))
         request = replace(request, warnings=(*request.warnings, *gap_notes))
-    problem = prepare_in(domain, request, replace(task, depth=request.depth), seconds, key)
+    problem = prepare_in(domain, request, replace(task, depth=request.depth), stopwatch, key)
     if case.crs is None:
         require_one_unit(case.domain, domain, problem.survey.extremes.minimum)
     require_triangles_for_parts(problem)
     return problem
 
 
-def prepare_in(
-    domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], key: Key = NODES
-) -> Problem:
+def prepare_in(domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch, key: Key = NODES) -> Problem:
     """Make a problem of a domain and a spacing request; ``key`` is that of its number of nodes."""
     nodes = request.nodes
     if nodes is None:
-        return check_spacing(domain, request, task, seconds)
+        return check_spacing(domain, request, task, stopwatch)
     known: tuple[CountTrial, ...] = ()
     if request.rules.across is None:
-        with suppress(CaseError, LimitError), timed(seconds, "spacing"):
-            problem = fit_node_target(_search(domain, request, nodes, task, seconds, key))
+        with suppress(CaseError, LimitError), stopwatch.stage("spacing"):
+            problem = fit_node_target(_search(domain, request, nodes, task, stopwatch.seconds, key))
             if abs(problem.expected_nodes - nodes) <= CLOSE * nodes:
                 return problem
             known = () if problem.node_target is None else problem.node_target.trials
         # What narrow parts take by themselves must not put the number out of reach.
         request = replace(request, rules=replace(request.rules, across=0.0))
-    return fit_node_target(_search(domain, request, nodes, task, seconds, key), known)
+    return fit_node_target(_search(domain, request, nodes, task, stopwatch.seconds, key), known)
 
 
 def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key, *, instead: bool = False) -> Problem:
@@ -91,13 +89,11 @@ def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key,
 
 
 def _search(
-    domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: dict[str, float], key: Key
+    domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: Mapping[str, float], key: Key
 ) -> ScaleSearch:
-    def check(limited: Task, time: dict[str, float], scale: float) -> Problem:
-        return check_spacing(domain, request, limited, time, scale)
-
+    check = partial(check_spacing, domain, request)
     scales = Scales.of(domain, partial(_before_rules, request))
-    return ScaleSearch(nodes, scales, check, task, dict(seconds), key, request.nearest)
+    return ScaleSearch(nodes, scales, check, task, seconds, key, request.nearest)
 
 
 def _before_rules(request: SpacingRequest, scale: float | None) -> Spacing:
@@ -117,14 +113,14 @@ def _scaled(metrics: "Sequence[MetricRequest]", scale: float | None) -> "Sequenc
 
 
 def check_spacing(
-    domain: Domain, request: SpacingRequest, task: Task, seconds: dict[str, float], scale: float | None = None
+    domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch, scale: float | None = None
 ) -> Problem:
     """Check the spacing, at some scale, in the domain, and make it finer where its rules and the boundary ask for it.
 
     A spacing that does not fit is a CaseError or a LimitError, with the place and what to do.
     """
     require_possible(domain, request, task)
-    with timed(seconds, "spacing"):
+    with stopwatch.stage("spacing"):
         hidden = _hidden(domain, task)
         requested = requested_spacing(domain, request, scale, task.max_nodes, hidden)
         metric = _metric(domain, requested, request, task, scale)
@@ -143,22 +139,22 @@ def check_spacing(
         after_rules=requested.after_rules,
         after_periodic=requested.after_periodic,
         warnings=warned,
-        seconds=seconds,
+        seconds=stopwatch.seconds,
     )
-    problem = problem if metric is None else _in_metric(problem, metric)
+    problem = problem if metric is None else _in_metric(problem, metric, stopwatch)
     if task.ladders:
         # Imported here since few meshes have layers.
         from bubblemesh.layers.pipeline import HighLayerError
         from bubblemesh.problem.layers import left_out
 
         try:
-            problem = _beside_layers(problem, fitted.filled.spacing, metric)
+            problem = _beside_layers(problem, fitted.filled.spacing, metric, stopwatch)
         except HighLayerError as error:
             if not task.adapted:
                 raise
             ladders, lacking = left_out(error, domain, task.ladders)
             request = replace(request, warnings=(*request.warnings, lacking))
-            return replace(check_spacing(domain, request, replace(task, ladders=ladders), seconds, scale), task=task)
+            return replace(check_spacing(domain, request, replace(task, ladders=ladders), stopwatch, scale), task=task)
     return replace(problem, warnings=(*problem.warnings, *warnings.small_parts(task.parts, problem.packed_nodes)))
 
 
@@ -182,7 +178,7 @@ def _warnings(
 ) -> tuple[str, ...]:
     """Warnings of a domain and its spacing at some scale."""
     filled = fitted.filled
-    edges = warnings.ShortEdges.of(domain, fitted.short)
+    edges = warnings.RefiningEdges.of(domain, fitted.short)
     detail = FinerSpacing(
         fitted.short,
         fitted.coarse,
@@ -221,10 +217,10 @@ def _metric(
     )
 
 
-def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
+def _in_metric(problem: Problem, metric: "InMetric", stopwatch: Stopwatch) -> Problem:
     """The problem in a metric."""
     domain, max_nodes = problem.domain, problem.task.max_nodes
-    with timed(problem.seconds, "metric"):
+    with stopwatch.stage("metric"):
         packing = metric.packing(domain, problem.packing_spacing, max_nodes)
         expected = ideal_nodes(domain, packing, max_nodes, ESTIMATE, problem.survey.cover)
     return replace(
@@ -234,22 +230,31 @@ def _in_metric(problem: Problem, metric: "InMetric") -> Problem:
         survey=metric.survey,
         expected_nodes=expected,
         warnings=once_each((*problem.warnings, *metric.warnings)),
+        seconds=stopwatch.seconds,
     )
 
 
-def _beside_layers(problem: Problem, fitted: LimitedSpacing, metric: "InMetric | None") -> Problem:
+def _beside_layers(
+    problem: Problem, fitted: LimitedSpacing, metric: "InMetric | None", stopwatch: Stopwatch
+) -> Problem:
     """The problem of what boundary layers leave; without them its spacing is ``fitted`` to the boundary."""
     # Imported here since few meshes have layers.
     from bubblemesh.layers.figures import layer_figures
     from bubblemesh.problem.layers import with_layers
 
     enter("layers")
-    task, domain = problem.task, problem.domain
-    with timed(problem.seconds, "layers"):
-        spacings = problem.spacing, problem.packing_spacing, problem.after_periodic
-        rest, packing, short = with_layers(domain, *spacings, fitted.ground, task.ladders, task.max_nodes)
+    task = problem.task
+    with stopwatch.stage("layers"):
+        rest, packing, short = with_layers(problem, fitted.ground)
         if metric is not None:
             packing = metric.packing(rest.domain, fitted.spacing, task.max_nodes, (packing, short))
         expected = rest.own_nodes + ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE)
         warned = (*problem.warnings, *warnings.low_layers(layer_figures(rest.strips)))
-    return replace(problem, packing_spacing=packing, expected_nodes=expected, warnings=once_each(warned), rest=rest)
+    return replace(
+        problem,
+        packing_spacing=packing,
+        expected_nodes=expected,
+        warnings=once_each(warned),
+        seconds=stopwatch.seconds,
+        rest=rest,
+    )

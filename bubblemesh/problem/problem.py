@@ -87,7 +87,7 @@ class Problem:
     after_rules: LimitedSpacing
     after_periodic: LimitedSpacing  # the spacing after its rules, and after the counterparts of periodic sides
     warnings: tuple[str, ...]
-    seconds: dict[str, float]  # by stage
+    seconds: Mapping[str, float]  # that it took to make it, by stage
     rest: "Rest | None" = None  # of the domain beside boundary layers, if there are any
     node_target: "NodeTarget | None" = None  # if the spacing was scaled for a number of nodes
 
@@ -140,7 +140,7 @@ class Problem:
         return *(name for name, needed in asked.items() if needed), *sorted(SEA_REQUIREMENTS & task.requirements.keys())
 
     @property
-    def refined(self) -> bool:
+    def packed_finer(self) -> bool:
         """Whether the packing spacing is finer than the spacing somewhere."""
         return self.packing_spacing is not self.spacing
 
@@ -155,6 +155,6 @@ class Problem:
     @cached_property
     def packing_extremes(self) -> Extremes:
         """Extremes of the packing spacing."""
-        if not self.refined:
+        if not self.packed_finer:
             return self.survey.extremes
         return extremes(self.domain, self.packing_spacing, self.survey.cover)

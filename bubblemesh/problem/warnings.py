@@ -119,7 +119,7 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
     return piece[chord], s[chord] + (part + 0.5) * step[chord] / parts[chord]
 
 
-class ShortEdges(NamedTuple):
+class RefiningEdges(NamedTuple):
     """Numbers of the edges that are shorter than the spacing."""
 
     of_boundary: int  # and of borders between regions
@@ -127,7 +127,7 @@ class ShortEdges(NamedTuple):
     loose: int  # of those of the boundary that end in a vertex where nothing else does
 
     @classmethod
-    def of(cls, domain: Domain, short: Sources) -> "ShortEdges":
+    def of(cls, domain: Domain, short: Sources) -> "RefiningEdges":
         """The edges at whose ends a spacing is made finer, two ``short`` sources for each."""
         boundary = domain.boundary.select(np.flatnonzero(~domain.boundary.closed))
         corner = np.column_stack([boundary.start, boundary.end])
@@ -149,7 +149,7 @@ class FinerSpacing(NamedTuple):
 
     short: Sources  # edges of the boundary and of lines
     coarse: Sources  # places on tight curves
-    edges: ShortEdges
+    edges: RefiningEdges
     gaps: Sources  # across narrow parts
     spacing: LimitedSpacing  # of the packing
     ideal_nodes: float  # of the spacing that the case asks for
@@ -192,7 +192,7 @@ def detail(found: FinerSpacing) -> list[str]:
     ]
 
 
-def refined_boundary(short: Sources, coarse: Sources, edges: ShortEdges) -> list[str]:
+def refined_boundary(short: Sources, coarse: Sources, edges: RefiningEdges) -> list[str]:
     """Warnings of short edges and tight curves that made the spacing finer."""
     warnings = []
     if len(short):
@@ -289,10 +289,10 @@ def nodes_of_layers(nodes: int, own: float, scale: float) -> list[str]:
     ]
 
 
-def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, refined: bool = False) -> list[str]:
+def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, packed_finer: bool = False) -> list[str]:
     """Warnings of a poor mesh; without an ideal number of nodes their number is not judged.
 
-    Where the packing was ``refined`` beyond the spacing more nodes than the ideal number are no fault.
+    Where the spacing of the packing is finer than the one asked for more nodes than the ideal number are no fault.
     """
     warnings = []
     worst = figures["quality"]["worst"][0]
@@ -300,7 +300,7 @@ def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, refine
         warnings.append(f"the worst triangle, at {place(worst['at'])}, has a quality of {worst['quality']:.3f} only")
     if ideal_nodes is not None and max(figures["nodes"], ideal_nodes) > FEW_NODES:
         ratio = figures["nodes"] / ideal_nodes
-        if ratio < FEWEST or (ratio > MOST and not refined):
+        if ratio < FEWEST or (ratio > MOST and not packed_finer):
             warnings.append(f"the mesh has {ratio:.2f} times the {ideal_nodes:.0f} nodes that the spacing asks for")
     if figures["boundary_nodes"] == figures["nodes"]:
         warnings.append("all nodes are on the boundary: the spacing is too large for a node inside")

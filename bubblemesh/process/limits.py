@@ -3,7 +3,7 @@
 import ctypes
 import errno
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from math import inf
@@ -31,13 +31,7 @@ STAGES = {
     "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
 }
 GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, that a late packing has to end by itself
-BEFORE_PACKING = (
-    "reading",
-    "geometry",
-    "estimate",
-    "spacing",
-    "layers",
-)  # stages after which there is no mesh to end with
+BEFORE_PACKING = "reading", "geometry", "estimate", "spacing", "layers"  # there is no mesh yet to end with
 SHORT_GRACE, SHORT_GRACE_SHARE = 0.1, 0.01  # the same for these stages, whose single calls may be long
 AGAIN = 1.0  # seconds until `Late` is raised once more, as a library may have swallowed it
 IMPORT_POLL = 0.02  # seconds after which to look again whether an import is over
@@ -259,16 +253,27 @@ def settle() -> None:
         watchdog.end()
 
 
-@contextmanager
-def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
-    """Enter a stage, and add the time of the block to it, without the times of stages within the block."""
-    begun, others = perf_counter(), -sum(seconds.values())
-    enter(stage)
-    try:
-        yield
-    finally:
-        others += sum(seconds.values())
-        seconds[stage] = seconds.get(stage, 0.0) + perf_counter() - begun - others
+class Stopwatch:
+    """A watch that measures the stages of a run, and goes on from the ``seconds`` of stages before."""
+
+    def __init__(self, seconds: Mapping[str, float] | None = None) -> None:
+        self._seconds = dict(seconds or {})
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Seconds of each stage so far."""
+        return dict(self._seconds)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Enter a stage, and add the time of the block to it, without the times of stages within the block."""
+        begun, others = perf_counter(), -sum(self._seconds.values())
+        enter(name)
+        try:
+            yield
+        finally:
+            others += sum(self._seconds.values())
+            self._seconds[name] = self._seconds.get(name, 0.0) + perf_counter() - begun - others
 
 
 def _watchdog() -> Watchdog | None:

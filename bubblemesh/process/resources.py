@@ -10,6 +10,7 @@ from math import ceil
 from pathlib import Path
 from time import perf_counter, thread_time
 
+TASKS = Path("/proc/self/task")  # the threads of this process
 QUOTA = Path("/sys/fs/cgroup/cpu.max")  # of a container: microseconds of computing in a period, and the period
 
 # Objects after which Python looks for garbage: after 700, it would do so hundreds of times while it loads and reads
@@ -74,6 +75,14 @@ def forget_peak_memory() -> None:
     """Reset the peak to what the process holds now, if the system can do that."""
     with suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
+
+
+def has_other_threads() -> bool:
+    """Whether this process has threads beside this one, of libraries too; also where the system does not show that."""
+    try:
+        return len([*TASKS.iterdir()]) > 1
+    except OSError:
+        return True
 
 
 def available_cores() -> int:

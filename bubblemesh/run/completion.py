@@ -23,12 +23,11 @@ class Completed(NamedTuple):
     @property
     def partition(self) -> Partition | None:
         """The partition of the mesh, if it has one."""
-        return self.mesh.partition if isinstance(self.mesh, Mesh) else None
+        return self.mesh.partition
 
     def divided(self, parts: int) -> Self:
-        """The result with a partition into so many parts; a mesh in slices stays as it is."""
-        if not isinstance(self.mesh, Mesh):
-            return self
+        """The result with a partition into so many parts."""
+        assert isinstance(self.mesh, Mesh)  # a partition needs all triangles at once
         with at_key("output", "partition"):
             return self._replace(mesh=self.mesh.partitioned(parts))
 

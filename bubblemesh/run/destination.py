@@ -34,7 +34,6 @@ PARTITIONED = ", ".join(name for name, form in FORMATS.items() if form.partition
 SLICED = ", ".join(name for name, form in FORMATS.items() if form.slices)
 LARGE = 1_000_000  # nodes
 SAMPLE = 20_000  # triangles on the page of a mesh in slices
-NO_FIELDS: Fields = {}
 
 
 @record
@@ -73,8 +72,7 @@ class Destination:
         """
         tables = history_tables(result.report["rounds"], result.speeds) if self.history else {}
         page = partial(_page, result) if self.page else None
-        fields = result.fields if isinstance(result, Result) else NO_FIELDS
-        return self.write(result.mesh, fields, result.report, tables, page)
+        return self.write(result.mesh, result.fields, result.report, tables, page)
 
     def write(
         self,
@@ -145,7 +143,6 @@ def _page(result: Result | SlicedResult, report: Mapping[str, Any]) -> str:
         return report_page(result.mesh, result.fields, report, result.speeds, now)
     from bubblemesh.run.assembly import previewed
 
-    extremes = result.problem.packing_extremes
-    overview = Overview(*previewed(result.problem), (extremes[:2], extremes[2:]))
+    overview = Overview(*previewed(result.problem), result.problem.packing_extremes.both)
     sample, fields = result.mesh.sample(SAMPLE, "quality")
     return report_page(sample, fields, report, result.speeds, now, overview)

@@ -63,7 +63,7 @@ def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
         **({} if (repairs := repair_rows(domain)) is None else {"repairs": repairs}),
         "spacing": survey.extremes,
         **({"metric": {"aspect": problem.spacing.aspect}} if isinstance(problem.spacing, MetricSpacing) else {}),
-        **({"packed_spacing": problem.packing_extremes} if problem.refined else {}),
+        **({"packed_spacing": problem.packing_extremes} if problem.packed_finer else {}),
         **spacing_changes(problem),
         **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),
         **({} if problem.rest is None else {"layers": _layers(problem.rest)}),

@@ -14,7 +14,7 @@ from bubblemesh.packing.rounds import Round, rounds
 from bubblemesh.parts.store import IN_MEMORY, Keeping
 from bubblemesh.parts.work import Crew, Deadline, Figures, Record, Terms, alone
 from bubblemesh.problem.problem import Problem
-from bubblemesh.process.limits import enter, time_left, timed
+from bubblemesh.process.limits import Stopwatch, enter, time_left
 from bubblemesh.process.resources import WorkClock
 from bubblemesh.records import record
 from bubblemesh.run.report import PartsRow, RoundRow
@@ -156,10 +156,10 @@ def pack(problem: Problem, options: RunOptions) -> PackedProblem:
 
 def _refined(packing: PackedProblem, clock: Clock) -> PackedProblem:
     """The packing with the nodes that the demands on each triangle take."""
-    problem, seconds, cut_short = packing.problem, dict(packing.seconds), packing.cut_short
+    problem, stopwatch, cut_short = packing.problem, Stopwatch(packing.seconds), packing.cut_short
     assert isinstance(packing.packed, Net)  # demands need all of it at once
     enter("refinement")
-    with timed(seconds, "refinement"):
+    with stopwatch.stage("refinement"):
         refinement = Refinement(problem.packed_domain, problem.packing_spacing, problem.demands)
         refined = refinement(packing.packed, clock)
     if cut_short is None and clock.over:
@@ -170,21 +170,21 @@ def _refined(packing: PackedProblem, clock: Clock) -> PackedProblem:
         refined=refined,
         stop_reason=packing.stop_reason if cut_short is None else cut_short.reason,
         cut_short=cut_short,
-        seconds=seconds,
+        seconds=stopwatch.seconds,
     )
 
 
 def _whole(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]:
     """Place bubbles and run the rounds of the method; and the clock that watched them."""
-    task, domain, method, seconds = problem.task, problem.packed_domain, problem.method, dict(problem.seconds)
+    task, domain, method, stopwatch = problem.task, problem.packed_domain, problem.method, Stopwatch(problem.seconds)
     work = WorkClock()
-    with timed(seconds, "placement"):
+    with stopwatch.stage("placement"):
         table = tabulated(domain, problem.packing_spacing)
         levels, start = method.started(domain, table, problem.packed_nodes, task.max_nodes)
         first = Figures.of(start, connect(start, domain).triangles, levels[0])
     rows, speeds = list[RoundRow](), list[Floats]()
     clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * work.slowness(), options.on_share)
-    with timed(seconds, "packing"):
+    with stopwatch.stage("packing"):
         last_end = perf_counter()
         last: Round | None = None
         for done in rounds(start, domain, levels, method, clock):
@@ -195,6 +195,7 @@ def _whole(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]
             del done  # or its net, which takes most of the memory, stays while the next round makes its own
     assert last is not None  # the last round tells why it is
     cut_short = clock.cut_short() if last.late else None  # not where the time was over as the packing was finished
+    seconds = stopwatch.seconds
     packing = PackedProblem(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, cut_short, seconds)
     return packing, clock
 
@@ -214,7 +215,7 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clo
     if parts > problem.packed_nodes:
         with at_key("parts"):
             raise CaseError(f"about {problem.packed_nodes:.0f} nodes are too few for {parts} parts: ask for fewer")
-    task, seconds, keeping = problem.task, dict(problem.seconds), options.keeping
+    task, stopwatch, keeping = problem.task, Stopwatch(problem.seconds), options.keeping
     stay = keeping.in_slices and not problem.needs_all_at_once
     rows, records, work = list[RoundRow](), list[Record](), WorkClock()
 
@@ -237,7 +238,7 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clo
         return clock.deadline(work.slowness())
 
     workshop = Workshop(options.crew, keeping.store(scale_of(problem)), on_done, clock.tell)
-    with timed(seconds, "packing"):
+    with stopwatch.stage("packing"):
         parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, terms, workshop, deadline)
         packed = parted if stay else parted.whole(problem.packing_spacing)
     cut_short = clock.cut_short() if any(record.late for record in records) else None
@@ -245,5 +246,6 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clo
     start = Figures.together([record.start for record in records[:parts]])
     nodes, speeds = [record.end.nodes for record in records[:parts]], tuple(record.speeds for record in records)
     row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams, problem.needs_all_at_once)
+    seconds = stopwatch.seconds
     packing = PackedProblem(problem, start, tuple(rows), speeds, packed, why, cut_short, seconds, parts=row)
     return packing, clock

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 from bubblemesh import __version__
 from bubblemesh.arrays import Floats
@@ -18,7 +19,7 @@ from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
-from bubblemesh.process.limits import time_left, timed
+from bubblemesh.process.limits import Stopwatch, time_left
 from bubblemesh.process.resources import peak_memory_mb
 from bubblemesh.records import record
 from bubblemesh.run.completion import Completed, completed
@@ -66,6 +67,8 @@ class Result:
 @record(eq=False)
 class SlicedResult:
     """Mesh of a problem that was packed in parts, which stays where they are kept; else as `Result`."""
+
+    fields: ClassVar[Mapping[str, Floats]] = MappingProxyType({})  # those of the triangles stay in the slices
 
     problem: Problem
     mesh: SlicedMesh
@@ -125,16 +128,17 @@ def _run(problem: Problem, options: RunOptions, adaptation: Mapping[str, Any] | 
     # 1. Pack, again and again if a number of nodes is asked for.
     packings = _packings(problem, options)
     best = _best(packings)
-    problem, seconds = best.problem, dict(best.seconds)
+    problem, stopwatch = best.problem, Stopwatch(best.seconds)
     # 2. Make the mesh, measure it, and give it what its files hold beside nodes and triangles.
-    with timed(seconds, "quality"):
+    with stopwatch.stage("quality"):
         found = measured(best.packed, problem)
         done = completed(found, problem)
     # 3. Divide it for a parallel solver.
     if problem.task.partition is not None:
-        with timed(seconds, "partition"):
+        with stopwatch.stage("partition"):
             done = done.divided(problem.task.partition)
     # 4. Report, and say whether it is what the case requires.
+    seconds = stopwatch.seconds
     if problem.node_target is not None:
         seconds["other_attempts"] = perf_counter() - begun - sum(seconds.values())
     seconds["total"] = sum(seconds.values())
@@ -225,7 +229,7 @@ def _report_warnings(best: PackedProblem, found: Measured, done: Completed, *, a
     return (
         *problem.warnings,
         *(() if best.cut_short is None else (best.cut_short.warning,)),
-        *warnings.poor_result(found.figures, as_many, refined=problem.refined),
+        *warnings.poor_result(found.figures, as_many, packed_finer=problem.packed_finer),
         *warnings.jumps_at_layers(found.layers),
         *unsteady_ellipses(found.metric, adapted=adapted),
         *(() if target is None else warnings.missed_node_target(target, best.nodes)),

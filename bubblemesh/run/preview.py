@@ -17,7 +17,7 @@ def preview(case: Case, source: str, picture: Path | None = None, *, complete: b
     case's file.
     """
 
-    def previewed() -> dict[str, Any]:
+    def found() -> dict[str, Any]:
         with located(source, case.origin):
             problem = prepare(case)
         figures = estimate(problem, complete)
@@ -25,7 +25,7 @@ def preview(case: Case, source: str, picture: Path | None = None, *, complete: b
             draw_preview(problem, picture)  # last: while files get their names no time limit holds
         return figures
 
-    return case.within_limits(previewed, f"{source}: ")
+    return case.within_limits(found, f"{source}: ")
 
 
 def draw_preview(problem: Problem, picture: Path) -> None:
@@ -45,7 +45,6 @@ def draw_preview(problem: Problem, picture: Path) -> None:
         before = [points for change in changes for points in change.before]
         draw_repairs(problem.domain.polygon, before, [change.at for change in changes], picture)
         return
-    extremes = problem.packing_extremes
     mesh, spacing = previewed(problem)
     setters = ruling(problem, mesh.points[mesh.triangles[:, :3]].mean(axis=1))
-    draw_spacing(mesh, spacing, (extremes[:2], extremes[2:]), picture, problem.task.name, setters)
+    draw_spacing(mesh, spacing, problem.packing_extremes.both, picture, problem.task.name, setters)

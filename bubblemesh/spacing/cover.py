@@ -1,28 +1,45 @@
 """Cover of a domain: triangles and intervals up to a fraction of its size, over which spacings are looked at."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, different_rows, largest_of_rows, members, taken
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import triangulated
+from bubblemesh.records import record
 
 LARGEST_PART = 1 / 32  # of the domain's size: parts that large are divided before they are trusted
 
 
-class Cover(NamedTuple):
-    """Parts of a domain that are up to a fraction of its size."""
+@record(eq=False)
+class Cover:
+    """Parts of a domain that are up to a fraction of its size; inner pieces lie in the area and count there.
 
-    points: Floats  # (n, 2): corners of the triangles
-    triangles: Integers  # (t, 3): they cover the domain
-    intervals: Floats  # (k, 3): piece, begin and end arc length of parts of the boundary but for its inner pieces
+    They are made when they are asked for: a constant spacing needs none.
+    """
 
-    @classmethod
-    def of(cls, domain: Domain) -> "Cover":
-        """Cover of a domain; inner pieces lie in the area and count there."""
-        return cls(*_triangles(domain), _intervals(domain))
+    domain: Domain
+
+    @property
+    def points(self) -> Floats:
+        """Corners (n, 2) of the triangles."""
+        return self._in_area[0]
+
+    @property
+    def triangles(self) -> Integers:
+        """Triangles (t, 3) that cover the domain."""
+        return self._in_area[1]
+
+    @cached_property
+    def intervals(self) -> Floats:
+        """Piece, begin and end arc length (k, 3) of parts of the boundary but for its inner pieces."""
+        return _intervals(self.domain)
+
+    @cached_property
+    def _in_area(self) -> tuple[Floats, Integers]:
+        return _triangles(self.domain)
 
     @property
     def corners(self) -> Floats:

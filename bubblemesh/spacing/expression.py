@@ -8,6 +8,7 @@ import unicodedata
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from bubblemesh.messages import meant
 from bubblemesh.records import record
 from bubblemesh.spacing.bounds import Bounds, NoBoundsError
 from bubblemesh.spacing.functions import FUNCTIONS, OPERATORS, Function, chained, folded, select
+from bubblemesh.spacing.program import Program, ProgramBuilder, X, Y
 from bubblemesh.spacing.quantities import Dimension, is_quantity, value_of
 from bubblemesh.spacing.syntax import FORBIDDEN, HINTS, error_at, parsed, shown
 
@@ -33,7 +35,7 @@ Rasters = Mapping[str, Evaluate]
 DistanceTo = Callable[[Sequence[str]], "Distance"]  # distance from what has some labels
 
 CONSTANTS = {"pi": math.pi, "e": math.e}
-COORDINATES: dict[str, Evaluate] = {"x": lambda x, y: x, "y": lambda x, y: y}
+COORDINATES = {"x": X, "y": Y}
 RADII = "r", "R", "radius"  # names that people expect to be known
 DISTANCE = "distance"  # the only function that takes text: labels of what the distance is measured from
 
@@ -63,7 +65,7 @@ class Expression:
     costly: bool  # whether it measures distances that take long
     given: str = field(repr=False, compare=False)  # with the space around it
     _tree: ast.expr = field(repr=False, compare=False)
-    _evaluate: Evaluate = field(repr=False, compare=False)
+    _program: Program = field(repr=False, compare=False)
     _distance_to: DistanceTo | None = field(repr=False, compare=False)
     names: tuple[str, str] = ("x", "y")  # of the two numbers
     rasters: frozenset[str] = field(default=frozenset(), repr=False, compare=False)  # names of those in it
@@ -102,9 +104,9 @@ class Expression:
     ) -> "Expression":
         coordinates = dict(zip(names, COORDINATES.values(), strict=True))
         builder = _Builder(given.strip(), coordinates, parameters, distance_to, rasters=rasters)
-        evaluate = builder.built(tree, 0)
+        program = builder.steps.program(builder.built(tree, 0))
         named = frozenset(builder.named)
-        return cls(given.strip(), parameters, builder.costly, given, tree, evaluate, distance_to, names, named, rasters)
+        return cls(given.strip(), parameters, builder.costly, given, tree, program, distance_to, names, named, rasters)
 
     def measuring(self, distance_to: DistanceTo, rasters: Rasters | None = None) -> "Expression":
         """Expression with values for its calls of the distance, and for rasters by names; same errors as `parse`."""
@@ -113,14 +115,14 @@ class Expression:
     def __str__(self) -> str:
         return self.text
 
+    @property
+    def is_uniform(self) -> bool:
+        """Whether it is the same everywhere."""
+        return self._program.is_constant
+
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values at the points (x, y), in the arrays' common shape; nan and infinite ones are passed on."""
-        x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
-        with np.errstate(all="ignore"):
-            values = self._evaluate(x, y)
-        result = np.empty(np.broadcast(x, y).shape)
-        result[...] = values
-        return result
+        return _values(self._program, x, y)[0]
 
     def bounds_within(self, low: Floats, high: Floats) -> Bounds | None:
         """Bounds within boxes between corners low (n, 2) and high (n, 2); None if it is of what has none."""
@@ -128,13 +130,32 @@ class Expression:
             return None
         try:
             with np.errstate(all="ignore"):
-                return Bounds.of(self._evaluate(*Bounds.of_coordinates(low, high)))
+                return Bounds.of(*self._program(*Bounds.of_coordinates(low, high)))
         except NoBoundsError:
             return None
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Closures do not travel to worker processes; the text does.
         return _again, (self.given, self.parameters, self._distance_to, self.names, self._rasters)
+
+
+def together(expressions: Sequence[Expression]) -> Callable[[Floats, Floats], list[Floats]]:
+    """The values of several expressions at the points (x, y): what they have in common is evaluated once."""
+    builder = ProgramBuilder()
+    results = [number for each in expressions for number in builder.added(each._program)]
+    return partial(_values, builder.program(*results))
+
+
+def _values(program: Program, x: Floats, y: Floats) -> list[Floats]:
+    """What a program gives at the points (x, y), in the arrays' common shape."""
+    x, y = np.asarray(x, np.float64), np.asarray(y, np.float64)
+    with np.errstate(all="ignore"):
+        found = program(x, y)
+    shape = np.broadcast(x, y).shape
+    results = [np.empty(shape) for _ in found]
+    for result, values in zip(results, found, strict=True):
+        result[...] = values
+    return results
 
 
 def _again(
@@ -161,10 +182,11 @@ def constant(text: str, parameters: Mapping[str, float], dimension: Dimension | 
     distances have no value here.
     """
     text = text.strip()
-    evaluate = _Builder(text, {}, checked_parameters(parameters), None, dimension).built(parsed(text), 0)
-    nowhere = np.zeros(0)
+    builder = _Builder(text, {}, checked_parameters(parameters), None, dimension)
+    program, nowhere = builder.steps.program(builder.built(parsed(text), 0)), np.zeros(0)
     with np.errstate(all="ignore"):
-        return float(evaluate(nowhere, nowhere))
+        (value,) = program(nowhere, nowhere)
+    return float(value)
 
 
 def names_in(text: str) -> set[str]:
@@ -209,12 +231,12 @@ def normal(name: str) -> str:
 
 
 class _Builder:
-    """Turns checked syntax nodes into nested closures ``(x, y) -> array``."""
+    """Turns checked syntax nodes into steps, by the numbers of their values."""
 
     def __init__(
         self,
         text: str,
-        coordinates: Mapping[str, Evaluate],
+        coordinates: Mapping[str, int],
         parameters: Parameters,
         distance_to: DistanceTo | None,
         dimension: Dimension | None = "length",
@@ -228,8 +250,11 @@ class _Builder:
         self.rasters = rasters
         self.distance_to = distance_to
         self.costly, self.named = False, set[str]()
+        self.steps = ProgramBuilder()
+        self.distances: dict[tuple[str, ...], Evaluate] = {}
 
-    def built(self, node: ast.expr, depth: int) -> Evaluate:
+    def built(self, node: ast.expr, depth: int) -> int:
+        """The number of the value of a node."""
         if depth > MAX_DEPTH:
             raise CaseError(f"the expression is nested more than {MAX_DEPTH} deep: {shown(self.text)}")
         parts: Sequence[ast.expr]
@@ -252,7 +277,7 @@ class _Builder:
                 call, parts = chained([self._operator(node, op) for op in ops]), [left, *comparators]
             case _:
                 raise self._error(node, self._forbidden(node))
-        return _applied(call, [self.built(part, depth + 1) for part in parts])
+        return self.steps.step(call, [self.built(part, depth + 1) for part in parts])
 
     def _forbidden(self, node: ast.expr) -> str:
         """Message on what has no place in an expression."""
@@ -261,27 +286,27 @@ class _Builder:
             told += f": write {number[0].replace(',', '.')} for the number {number[0]}"
         return told
 
-    def _leaf(self, node: ast.Constant | ast.Name | ast.Attribute) -> Evaluate:
+    def _leaf(self, node: ast.Constant | ast.Name | ast.Attribute) -> int:
         if isinstance(node, ast.Attribute):
             return self._of_raster(node)
         return self._named(node, node.id) if isinstance(node, ast.Name) else self._number(node, node.value)
 
-    def _number(self, node: ast.expr, value: object) -> Evaluate:
+    def _number(self, node: ast.expr, value: object) -> int:
         if not isinstance(value, int | float) or isinstance(value, bool):
             raise self._error(node, "only real numbers are allowed in an expression")
-        return _constant(value)
+        return self._constant(value)
 
-    def _named(self, node: ast.expr, name: str) -> Evaluate:
+    def _named(self, node: ast.expr, name: str) -> int:
         if name in self.coordinates:
             return self.coordinates[name]
         if name in self.constants:
-            return _constant(self.constants[name])
+            return self._constant(self.constants[name])
         if name in FUNCTIONS:
             raise self._error(node, f"{name!r} is a function: give it {FUNCTIONS[name].arity()} in parentheses")
         if name == DISTANCE:
             raise self._error(node, f"{name!r} is a function: give it labels in parentheses and quotes, or none")
         if is_quantity(name):
-            return _constant(value_of(name, self.dimension, allowed=self.units))
+            return self._constant(value_of(name, self.dimension, allowed=self.units))
         if name in self.without_value:
             raise UnknownNameError(f"the parameter {name!r} has no value", name, follows=True)
         told = meant(name, [*self.coordinates, *self.constants])
@@ -306,17 +331,17 @@ class _Builder:
             raise self._error(node, f"{name} takes {function.arity()}, found {len(node.args)}")
         return function
 
-    def _of_raster(self, node: ast.Attribute) -> Evaluate:
+    def _of_raster(self, node: ast.Attribute) -> int:
         """Values of a raster of the spacing, by its name."""
         self.named.add(node.attr)
         if self.rasters is None:
-            return _unknown_raster
+            return self.steps.step(_unknown_raster, (X, Y))
         if node.attr not in self.rasters:
             advice = meant(node.attr, list(self.rasters)) if self.rasters else "give one under spacing.raster"
             raise self._error(node, f"there is no raster {node.attr!r}: {advice}")
-        return self.rasters[node.attr]
+        return self.steps.step(self.rasters[node.attr], (X, Y))
 
-    def _measured(self, node: ast.Call) -> Evaluate:
+    def _measured(self, node: ast.Call) -> int:
         """A call of the distance, whose arguments are labels."""
         if node.keywords:
             raise self._error(node, f"the arguments of {DISTANCE} go without names")
@@ -326,13 +351,21 @@ class _Builder:
                 raise self._error(part, f"{DISTANCE} takes labels in quotes, or nothing for the whole boundary")
             labels.append(part.value)
         if self.distance_to is None:
-            return _unmeasured
+            return self.steps.step(_unmeasured, (X, Y))
+        if tuple(labels) not in self.distances:
+            try:
+                distance = self.distance_to(labels)
+            except CaseError as error:
+                raise self._error(node, str(error)) from None
+            self.costly |= distance.costly
+            self.distances[tuple(labels)] = _of_points(distance)
+        return self.steps.step(self.distances[tuple(labels)], (X, Y))
+
+    def _constant(self, number: float) -> int:
         try:
-            distance = self.distance_to(labels)
-        except CaseError as error:
-            raise self._error(node, str(error)) from None
-        self.costly |= distance.costly
-        return _of_points(distance)
+            return self.steps.constant(np.float64(number))
+        except OverflowError:
+            return self.steps.constant(np.float64(np.inf))
 
     def _operator(self, node: ast.expr, op: ast.AST) -> Callable[..., Any]:
         if type(op) not in OPERATORS:
@@ -341,24 +374,6 @@ class _Builder:
 
     def _error(self, node: ast.expr, problem: str) -> CaseError:
         return error_at(node, self.text, problem)
-
-
-def _applied(call: Callable[..., Any], values: Sequence[Evaluate]) -> Evaluate:
-    """The function of x and y that is a call of the values of others; most have one or two, which take less time."""
-    match values:
-        case [a]:
-            return lambda x, y: call(a(x, y))
-        case [a, b]:
-            return lambda x, y: call(a(x, y), b(x, y))
-    return lambda x, y: call(*[value(x, y) for value in values])
-
-
-def _constant(number: float) -> Evaluate:
-    try:
-        value = np.float64(number)
-    except OverflowError:
-        value = np.float64(np.inf)
-    return lambda x, y: value
 
 
 def _unmeasured(x: Floats, y: Floats) -> Floats:

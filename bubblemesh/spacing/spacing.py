@@ -95,6 +95,11 @@ class Spacing:
         low, high = np.array(box).reshape(2, 1, 2)
         return bounds_of(self.function, low, high)
 
+    @property
+    def is_uniform(self) -> bool:
+        """Whether its function says that it is the same everywhere."""
+        return bool(getattr(self.function, "is_uniform", False))
+
     def extended(self, points: Floats) -> Floats:
         """Spacing (n,) at points (n, 2) anywhere: not below the floor, nor undefined."""
         d = self._values(points)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import field
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -27,8 +28,12 @@ MANY_TIMES = 4  # a limit: too many nodes even if much of the domain is left out
 MOST_PARTS = 500_000  # unsettled ones: a spacing that fine is noise, of which they are a fair sample
 FEWEST = 3.0  # nodes of any ring and mesh, though the formulas give less where the spacing exceeds their size
 VANISHING = 1e-9  # of the domain's size: a spacing that small is zero but for rounding
+NEARLY_LEAST = 1e-4  # relative, above errors of distances: with that much at most, no search for a lower value is due
 HALVINGS = 60  # of the reach of a search, at the most
 RESOLVED = 1e-9  # reach, in terms of the spacing found, at which a search ends
+
+
+Extreme = tuple[float, tuple[float, float]]  # a spacing, with its place
 
 
 class Extremes(NamedTuple):
@@ -38,6 +43,11 @@ class Extremes(NamedTuple):
     minimum_at: tuple[float, float]
     maximum: float
     maximum_at: tuple[float, float]
+
+    @property
+    def both(self) -> tuple[Extreme, Extreme]:
+        """The least and the largest one."""
+        return (self.minimum, self.minimum_at), (self.maximum, self.maximum_at)
 
 
 @record
@@ -55,7 +65,7 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int, cover: Cover | No
     CaseError where the spacing is not positive and finite, with the point; LimitError if it needs more than
     ``max_nodes`` nodes.
     """
-    cover = cover or Cover.of(domain)
+    cover = cover or Cover(domain)
     found = extremes(domain, spacing, cover)
     if found.minimum < VANISHING * min(domain.size, found.maximum):  # one that is small everywhere exceeds the limit
         with at_key(*spacing.keys(np.array([found.minimum_at]))[0]):
@@ -67,6 +77,10 @@ def surveyed(domain: Domain, spacing: Spacing, max_nodes: int, cover: Cover | No
 
 def extremes(domain: Domain, spacing: Spacing, cover: Cover) -> Extremes:
     """Extremes of the spacing over the domain, on its ``cover``."""
+    constant = _constant(domain, spacing)
+    if constant is not None:
+        x, y = domain.polygonal_copy.points[0].tolist()
+        return Extremes(constant, (x, y), constant, (x, y))
     spots = spacing.spots[domain.contains(spacing.spots)]
     points = np.vstack([domain.polygonal_copy.points, cover.points, cover.corners.mean(axis=1), spots])
     d = spacing(points)
@@ -88,7 +102,7 @@ def ideal_nodes(
     The integrals are taken on a ``cover`` of the domain, with the relative accuracy ``tolerance``. LimitError if the
     number is more than ``max_nodes``.
     """
-    ideal = _counted_nodes(domain, spacing, max_nodes, tolerance, cover or Cover.of(domain))
+    ideal = _counted_nodes(domain, spacing, max_nodes, tolerance, cover or Cover(domain))
     if ideal > max_nodes:
         raise _too_many(ideal, max_nodes, spacing)
     return ideal
@@ -105,13 +119,21 @@ def require_not_many_times(domain: Domain, spacing: Spacing, max_nodes: int) -> 
         return np.where(np.isnan(d), LARGEST_NUMBER, d)
 
     many = MANY_TIMES * max_nodes
-    needed = _counted_nodes(domain, Spacing(known), many, ESTIMATE, Cover.of(domain))
+    needed = _counted_nodes(domain, Spacing(known), many, ESTIMATE, Cover(domain))
     if needed > many:
         raise _too_many(needed, max_nodes, spacing)
 
 
 def _counted_nodes(domain: Domain, spacing: Spacing, enough: int, tolerance: float, cover: Cover) -> float:
     """Number of nodes as of `ideal_nodes`, or a lower one where that is clearly more than ``enough``."""
+    constant = _constant(domain, spacing)
+    if constant is not None:
+        over_area = 2 / sqrt(3) * float(domain.polygon.area) / constant / constant
+        if over_area > 2 * enough:
+            return over_area
+        piece = np.flatnonzero(~domain.boundary.inner)
+        on_pieces = domain.boundary.lengths[piece] / (2 * constant)
+        return _total(domain, over_area, float(on_pieces.sum()), piece, on_pieces)
     over_area = _integral(Triangles.of(cover, spacing), tolerance, enough)
     if over_area > 2 * enough:
         return over_area
@@ -119,7 +141,21 @@ def _counted_nodes(domain: Domain, spacing: Spacing, enough: int, tolerance: flo
     along = _integral(intervals, tolerance, enough)
     if along > 2 * enough:
         return along
-    lacking = _lacking(domain.boundary.ring[intervals.piece], intervals.nodes())
+    return _total(domain, over_area, along, intervals.piece, intervals.nodes())
+
+
+def _constant(domain: Domain, spacing: Spacing) -> float | None:
+    """The value of a spacing that surely is the same in the whole domain, and no wrong one; None if it may not be."""
+    bounds = None if spacing.in_metric else spacing.bounds_in(domain.bounds)
+    if bounds is None:
+        return None
+    low, high = float(np.min(bounds.low)), float(np.max(bounds.high))
+    return low if low == high and 0 < low <= LARGEST_NUMBER else None
+
+
+def _total(domain: Domain, over_area: float, along: float, piece: Integers, on_pieces: Floats) -> float:
+    """Number of nodes by both integrals, that along the boundary also ``on_pieces`` (k,) or parts of them."""
+    lacking = _lacking(domain.boundary.ring[piece], on_pieces)
     return max(over_area + along + lacking + domain.euler_characteristic, FEWEST)
 
 
@@ -133,7 +169,7 @@ def _lacking(ring: Integers, nodes: Floats) -> float:
 
 def rough_nodes(domain: Domain) -> Callable[[Spacing], float]:
     """About as many nodes as a perfect packing has, for many spacings: by the same few points for each of them."""
-    cover = Cover.of(domain)
+    cover = Cover(domain)
     corners, (piece, begin, end) = cover.corners, cover.intervals.T
     middles = corners.mean(axis=1)
     piece = piece.astype(np.int64)
@@ -185,7 +221,7 @@ def _minimised(domain: Domain, spacing: Spacing, start: Floats) -> tuple[float, 
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     best, value = start, float(spacing(start[None])[0])
     bounds = spacing.bounds_in(domain.bounds)
-    if bounds is not None and np.all(bounds.low >= value):  # as where it is constant, or least at a corner
+    if bounds is not None and np.all(bounds.low >= (1 - NEARLY_LEAST) * value):  # as on what it grows from
         return value, (float(best[0]), float(best[1]))
     reach = LARGEST_PART * domain.size
     for _ in range(HALVINGS):

@@ -35,8 +35,7 @@ def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None, m
     with ExitStack() as stack:
         hired: list[Workers] = []
         if ahead is not None:
-            hired.append(stack.enter_context(hire(most)))
-            hired[0].load(ahead)
+            hired.append(stack.enter_context(hire(most, ahead)))
 
         def call(function: Callable[..., T], jobs: Iterable["Job"]) -> Iterator[tuple[int, T]]:
             if not hired:

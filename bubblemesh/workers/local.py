@@ -10,14 +10,20 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from importlib import import_module
+from pathlib import Path
 from queue import SimpleQueue
 from subprocess import PIPE, Popen
 from threading import Lock, Thread
-from typing import IO, TypeVar
+from typing import IO, NoReturn, TypeVar
 
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 from bubblemesh.files import temporary_folder
-from bubblemesh.process.resources import available_cores, keep_freed_memory, seldom_look_for_garbage
+from bubblemesh.process.resources import (
+    available_cores,
+    has_other_threads,
+    keep_freed_memory,
+    seldom_look_for_garbage,
+)
 from bubblemesh.workers.workers import Note, WorkerDied, Workers, travelling
 
 T = TypeVar("T")
@@ -29,12 +35,15 @@ PROGRAM = "import sys; sys.path[:] = sys.argv[2:]; from bubblemesh.workers.local
 
 
 @contextmanager
-def local_workers(count: int) -> Iterator[Workers]:
-    """Processes with one thread of NumPy each; they end with the block, at once if that ends by an exception."""
+def local_workers(count: int, ahead: str | None = None) -> Iterator[Workers]:
+    """Processes with one thread of NumPy each; they end with the block, at once if that ends by an exception.
+
+    They load the module ``ahead`` before the first call, or are copies of this process, which loads it once for all.
+    """
     with temporary_folder() as staging:
         workers = LocalWorkers(count, str(staging))
         try:
-            workers.start()
+            workers.start(ahead)
             yield workers
         except BaseException:
             workers.kill()
@@ -65,6 +74,45 @@ class WorkerProcess(Popen[bytes]):
             pass
 
 
+class WorkerCopy:
+    """Copy of this process that does what a `WorkerProcess` does; it has loaded what this one has, at no cost.
+
+    Only a process without other threads can be copied: what these hold would be held in the copy for ever.
+    """
+
+    def __init__(self, staging: str) -> None:
+        (calls, to_copy), (from_copy, answers) = os.pipe(), os.pipe()
+        self.stdin, self.stdout = os.fdopen(to_copy, "wb"), os.fdopen(from_copy, "rb")
+        self._lock = Lock()
+        self._code: int | None = None
+        with _uninterrupted():
+            self.pid = os.fork()
+            if self.pid == 0:
+                _serve_as_copy(calls, answers, staging)
+        os.close(calls)
+        os.close(answers)
+
+    def kill(self) -> None:
+        """End the process now."""
+        with self._lock:
+            if self._code is None:
+                os.kill(self.pid, signal.SIGKILL)
+
+    def wait(self) -> int:
+        """Exit code of the process, once it has ended; a negative one is the signal that ended it."""
+        with self._lock:
+            if self._code is None:
+                self._code = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+        return self._code
+
+    def end(self) -> None:
+        """Close the streams, and wait for the end that this brings."""
+        for stream in (self.stdin, self.stdout):
+            with suppress(OSError):  # a process that was killed has left something unread
+                stream.close()
+        self.wait()
+
+
 class LocalWorkers(Workers):
     """Several processes; one that dies is replaced, and only its own job is affected."""
 
@@ -76,8 +124,8 @@ class LocalWorkers(Workers):
         self._count = count
         self._staging = staging
         self._threads = ThreadPoolExecutor(count, "worker")  # each waits for the answer of one process
-        self.processes: set[WorkerProcess] = set()
-        self._idle: SimpleQueue[WorkerProcess] = SimpleQueue()
+        self.processes: set[WorkerProcess | WorkerCopy] = set()
+        self._idle: SimpleQueue[WorkerProcess | WorkerCopy] = SimpleQueue()
         self._lock = Lock()
         self._stopped = False
 
@@ -87,21 +135,23 @@ class LocalWorkers(Workers):
     def submit(self, function: Callable[..., T], /, *arguments: object) -> Future[T]:
         return self._threads.submit(self._call, function, arguments)
 
-    def load(self, module: str) -> None:
-        at_once = max(available_cores() - 1, 1)  # one core is left to this process
-        for first in range(min(at_once, self._count)):
-            self._threads.submit(self._load, module, len(range(first, self._count, at_once)))
-
     def failure(self, error: BaseException) -> tuple[int, str]:
         if isinstance(error, WorkerDied):
             code, words = error.args
             return code, words
         return FileError.exit_code, f"no worker process could take it: {type(error).__name__}: {error}"
 
-    def start(self) -> None:
-        """Start the processes, which begin to load what they need."""
+    def start(self, ahead: str | None = None) -> None:
+        """Start the processes, which have loaded the module ``ahead``, or begin to."""
+        if ahead is not None and not has_other_threads():
+            import_module(ahead)
+        copied = ahead is not None and not has_other_threads()  # libraries may have started some
         for _ in range(self._count):
-            self._idle.put(self._start())
+            self._idle.put(self._start(WorkerCopy if copied else WorkerProcess))
+        if ahead is not None and not copied:
+            at_once = max(available_cores() - 1, 1)  # one core is left to this process
+            for first in range(min(at_once, self._count)):
+                self._threads.submit(self._load, ahead, len(range(first, self._count, at_once)))
 
     def kill(self) -> None:
         """End the processes now."""
@@ -133,7 +183,7 @@ class LocalWorkers(Workers):
             if isinstance(error, MemoryError):  # the unread rest of the answer would be taken for the next one
                 process.kill()
             died = self._death(process)
-            process = self._start(process)
+            process = self._start(WorkerProcess, process)
             raise died from None
         finally:
             self._idle.put(process)
@@ -142,20 +192,22 @@ class LocalWorkers(Workers):
             raise value
         return value
 
-    def _death(self, process: WorkerProcess) -> WorkerDied:
+    def _death(self, process: WorkerProcess | WorkerCopy) -> WorkerDied:
         code = process.wait()
         if code == -getattr(signal, "SIGKILL", 9):
             return WorkerDied(LimitError.exit_code, "its worker process was killed, perhaps for want of memory")
         how = f"by signal {-code} ({signal.strsignal(-code)})" if code < 0 else f"with code {code}"
         return WorkerDied(BubblemeshError.exit_code, f"its worker process ended {how}")
 
-    def _start(self, instead_of: WorkerProcess | None = None) -> WorkerProcess:
+    def _start(
+        self, kind: type[WorkerProcess] | type[WorkerCopy], instead_of: WorkerProcess | WorkerCopy | None = None
+    ) -> WorkerProcess | WorkerCopy:
         """Start a process, in place of one that has died."""
         with self._lock:
             if self._stopped:
                 raise WorkerDied(INTERRUPTED, "the workers have been stopped")
             try:
-                process = WorkerProcess(self._staging)
+                process = kind(self._staging)
             except OSError as error:
                 raise FileError(f"a worker process cannot be started: {error.strerror}: try fewer --jobs") from None
             if instead_of is not None:
@@ -201,6 +253,23 @@ def _received(stream: IO[bytes]) -> bytes:
 # Functions of the worker process
 
 to_parent: list[IO[bytes]] = []  # the stream of answers
+
+
+def _serve_as_copy(calls: int, answers: int, staging: str) -> NoReturn:
+    """Serve in a copy of the parent process by two descriptors of pipes; what else that has open is closed here."""
+    try:
+        # Both at once: where the parent has no standard streams, its pipes may have their numbers.
+        for pipe, standard in zip((os.dup(calls), os.dup(answers)), (0, 1), strict=True):
+            os.dup2(pipe, standard)
+        for entry in [*Path("/proc/self/fd").iterdir()]:
+            if (descriptor := int(entry.name)) > 2:
+                with suppress(OSError):  # that of the list itself
+                    os.close(descriptor)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        os.environ.update(dict.fromkeys(THREADS, "1"))
+        serve(staging)
+    finally:
+        os._exit(1)
 
 
 def serve(staging: str) -> None:

@@ -60,9 +60,6 @@ class Workers(ABC):
     def failure(self, error: BaseException) -> tuple[int, str]:
         """Exit code and text of the error for a job that could not be run, from the exception of its future."""
 
-    def load(self, module: str) -> None:  # noqa: B027 - workers that run already need not
-        """Let starting workers load a module before the first call of a function in it."""
-
     def missing(self) -> str | None:
         """Warning while there are no workers; else None."""
         return None

@@ -28,6 +28,7 @@ from bubblemesh.problem.layers import ladders_of, left_out
 from bubblemesh.problem.prepare import prepare_for
 from bubblemesh.problem.spacing import case_spacing
 from bubblemesh.problem.task import task_of
+from bubblemesh.process.limits import Stopwatch
 
 CASE = "name: a\ndomain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.06\n"
 
@@ -202,8 +203,8 @@ def test_a_spacing_of_a_solution_leaves_out_layers_for_which_it_is_too_fine():
     domain = case_domain(case)
     request, task = case_spacing(case, domain), task_of(case, domain)
     with pytest.raises(HighLayerError, match=r"layers\.0: the first layer, 0\.3 high, is higher .* across these walls"):
-        prepare_for(case, domain, request, task, {})
-    problem = prepare_for(case, domain, request, replace(task, adapted=True), {})
+        prepare_for(case, domain, request, task, Stopwatch())
+    problem = prepare_for(case, domain, request, replace(task, adapted=True), Stopwatch())
     assert problem.rest is None
     assert any("less than the first layer, 0.3: these layers are left out" in text for text in problem.warnings)
 
@@ -253,6 +254,16 @@ def test_the_metric_of_a_solution_is_the_finer_one_of_both_periodic_sides(mesh):
         )
     inside = (x > 0) & (x < 1) & (y > 0) & (y < 1)
     np.testing.assert_array_equal(found[inside], tensors[inside])
+
+
+def test_the_metric_of_the_other_side_is_turned_as_the_side_is(mesh):
+    domain = case_domain(bubblemesh.load_case("-", text=SQUARE.format(more=", periodic: [[b, l]]")))
+    x, y = mesh.points.T
+    tensors = np.tile([1.0, 0.0, 1.0], (len(x), 1))
+    tensors[y == 0] = 100.0, 3.0, 4.0
+    found = intersected_across_sides(domain, mesh.points, mesh.triangles, tensors)
+    inner = (x == 0) & (y > 0.2) & (y < 0.8)
+    np.testing.assert_allclose(found[inner], [[4.0, -3.0, 100.0]] * inner.sum(), atol=1e-9)
 
 
 def test_what_is_fine_at_a_corner_is_so_at_all_of_its_copies_and_sizes_grow_from_each(mesh):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from batches import rows_of
+from batches import rows_of, threads
 from commands import command
 from matplotlib.colors import to_hex
 
@@ -59,10 +59,11 @@ def test_a_table_that_is_gone_or_none_is_left_out_and_told(content, tmp_path, mo
 
 def test_a_batch_warns_of_a_table_of_earlier_cases(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("bubblemesh.workers.hire.workers_at", lambda jobs, cluster: threads)
     Path("a.yaml").write_text(CASE)
     Path("b.yaml").write_text(CASE.replace("[1, 2, 3]", "[1]"))
-    assert command("batch", "a.yaml", "-o", "out", "--history", "--jobs", "1", "-q")[0] == 0
+    assert command("batch", "a.yaml", "-o", "out", "--history", "-q")[0] == 0
     Path("out/a-seed=2.rounds.csv").write_text("round,iterations\n")
-    code, _, message = command("batch", "b.yaml", "-o", "out", "--history", "--jobs", "1", "-q", "--resume")
+    code, _, message = command("batch", "b.yaml", "-o", "out", "--history", "-q", "--resume")
     assert code == 0
     assert "out/a-seed=2.rounds.csv: the table is damaged or gone: a-seed=2 is not in convergence.svg" in message

@@ -276,7 +276,8 @@ class TestLoading:
     def test_unknown_method_and_option(self):
         name = next(iter(METHODS))
         assert message_of(SQUARE + "method: " + name + "x\n").startswith("folder/plate.yaml:8: method: ")
-        assert message_of(SQUARE, method="zzz").startswith("method: method: ")
+        assert message_of(SQUARE, method="zzz").startswith("load_case(): method: unknown method 'zzz'")
+        assert message_of(SQUARE, seed=-1).startswith("seed: packing.seed: ")
         assert message_of(SQUARE + "packing: {zzz: 1}\n").startswith("folder/plate.yaml:8: packing.zzz: ")
         assert message_of(SQUARE + "schedule:\n  zzz: 1\n").startswith("folder/plate.yaml:9: schedule.zzz: ")
         assert message_of(SQUARE, overrides=["packing.zzz=1"]).startswith("overrides: packing.zzz: ")

@@ -157,6 +157,14 @@ def test_many_curves_are_evaluated_as_one_by_one(family):
 
 
 @every_family
+def test_places_are_points_and_tangents(family):
+    index, s = sampled(family, 1, 50)
+    points, tangents = family.places(index, s)
+    np.testing.assert_array_equal(points, family.points(index, s))
+    np.testing.assert_array_equal(tangents, family.tangents(index, s))
+
+
+@every_family
 def test_chords_follow_the_curves(family):
     for k in range(2):
         curve, stations = family.stations()

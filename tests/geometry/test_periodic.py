@@ -120,6 +120,93 @@ def test_sides_that_do_not_match_are_named(text, pairs, message):
         domain_of(f"{text}  periodic: [{pairs}]")
 
 
+SECTOR = """
+parameters: {a: pi/6, r: 0.15}
+domain:
+  outer:
+    path:
+      - [1, 0]
+      - {to: [2, 0], label: right}
+      - {arc: {to: [2*cos(a), 2*sin(a)], center: [0, 0], turn: left}, label: yoke}
+      - {to: [cos(a), sin(a)], label: left}
+      - {arc: {to: [1, 0], center: [0, 0], turn: right}, label: shaft}
+"""
+COILS = """  regions:
+    - {name: coil, ring: {circle: {center: [1.5, 0], radius: 0.15}}}
+    - {name: next, ring: {circle: {center: [1.5*cos(a), 1.5*sin(a)], radius: r}}}
+"""
+NOT_RIGHT = "both sides need the same shape and the same vertices, moved or turned"
+
+
+@pytest.mark.parametrize("pair", ["[right, left]", "[left, right]"])
+def test_a_side_may_be_the_other_one_turned(pair):
+    domain = domain_of(f"{SECTOR}{COILS}  periodic: [{pair}]")
+    boundary, (here, there) = domain.boundary, domain.periodic.T
+    assert len(here) == 3
+    turn = np.pi / 6 if pair == "[right, left]" else -np.pi / 6
+    np.testing.assert_allclose(domain.turn[here], turn, atol=1e-15)
+    np.testing.assert_allclose(domain.turn[there], -turn, atol=1e-15)
+    radius = [np.hypot(*boundary.points(side, boundary.lengths[side] / 2).T) for side in (here, there)]
+    np.testing.assert_allclose(*radius, atol=1e-12)
+    others = np.delete(domain.turn, domain.periodic.ravel())
+    assert len(others) > 3
+    assert not others.any()
+
+
+def test_sides_that_are_shifted_are_not_turned():
+    assert not domain_of(WAVES + "  periodic: [[left, right], [bottom, top]]\n").turn.any()
+    slanted = SQUARE.replace("rectangle: [0, 0, 2, 1]", "polygon: [[0, 0], [2, 0.3], [2.4, 1.1], [0.4, 0.8]]")
+    assert not domain_of(slanted + "  periodic: [[left, right], [bottom, top]]\n").turn.any()
+
+
+NOTCHED = """
+parameters: {c: cos(pi/6), s: sin(pi/6)}
+domain:
+  outer:
+    path:
+      - [1, 0]
+      - {to: [1.4, 0], label: right}
+      - [1.4, 0.1]
+      - [1.6, 0.1]
+      - {to: [1.6, 0], label: notch}
+      - {to: [2, 0], label: right}
+      - {to: [2*c, 2*s], label: yoke}
+      - {to: [1.6*c, 1.6*s], label: left}
+      - [1.6*c + 0.1*s, 1.6*s - 0.1*c]
+      - [1.4*c + 0.1*s, 1.4*s - 0.1*c]
+      - {to: [1.4*c, 1.4*s], label: notch}
+      - {to: [c, s], label: left}
+      - {to: [1, 0], label: shaft}
+  periodic: [[right, left]]
+"""
+
+
+def test_sides_of_several_lines_are_turned_as_one():
+    domain = domain_of(NOTCHED)
+    assert len(domain.periodic) == 2
+    np.testing.assert_allclose(domain.turn[domain.periodic], [[np.pi / 6, -np.pi / 6]] * 2, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (SECTOR + COILS.replace("radius: r", "radius: 0.16"), r"what is at \(1\.35, 0\) .* at \(1\.16913\d, 0\.675\)"),
+        (
+            SECTOR.replace("{to: [2, 0], label", "{spline: {through: [[1.5, 0.1], [2, 0]]}, label").replace(
+                "{to: [cos(a), sin(a)], label",
+                "{spline: {through: [[1.5*cos(a)+0.1*sin(a), 1.5*sin(a)-0.1*cos(a)], [cos(a), sin(a)]]}, label",
+            ),
+            "no counterpart",
+        ),
+    ],
+    ids=["another vertex", "mirrored"],
+)
+def test_sides_that_do_not_match_when_turned_are_told(text, message):
+    with pytest.raises(GeometryError, match=rf"'right' and 'left': .*{message}") as caught:
+        domain_of(text + "  periodic: [[right, left]]")
+    assert str(caught.value).endswith(NOT_RIGHT)
+
+
 def test_the_published_methods_have_no_periodic_sides():
     text = SQUARE + "  periodic: [[left, right]]\nspacing: 0.1\n"
     with pytest.raises(CaseError, match=r"domain\.periodic"):

@@ -12,7 +12,7 @@ from bubblemesh.kernels import library as libraries
 from bubblemesh.packing.annealing import ONLY, CyclicAnnealing, SparingAnnealing
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
-from bubblemesh.packing.net import connect, connect_inside, measured
+from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected, Dynamics, Relaxer
@@ -104,7 +104,7 @@ def test_displacements_that_flips_cannot_follow_are_connected_anew(monkeypatch):
     domain, spacing, bubbles = packed_hexagon(5)
     x = bubbles.x.copy()
     x[bubbles.interior] += np.random.default_rng(1).normal(0, 0.2, x[bubbles.interior].shape)
-    net = measured(connect(replace(bubbles, x=x), domain), spacing)
+    net = connect(replace(bubbles, x=x), domain).spaced_by(spacing)
     counted = []
     scheme = CyclicAnnealing(amplitude=0.5, amplitude_at_boundary=1.0)
     anew = Connected.__call__

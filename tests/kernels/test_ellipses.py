@@ -6,7 +6,8 @@ from twins import needs_compiler
 
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
 from bubblemesh.kernels.ellipse_motion import KEEP, moved, moved_in_numpy, relaxed, relaxed_in_numpy
-from bubblemesh.kernels.ellipse_smoothing import BEND, Metrics, Newton, costs_in
+from bubblemesh.kernels.ellipse_shapes import GOOD, Shaped, shape_measures, shape_measures_in_numpy
+from bubblemesh.kernels.ellipse_smoothing import BEND, Metrics, Newton, costs_in, costs_in_numpy
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.kernels.tensors import mapped, roots
 from bubblemesh.meshes.quality import signed_areas
@@ -138,6 +139,53 @@ def test_both_engines_smooth_alike(seed, aspect, free):
     x, *given = smoothing_problem(seed, aspect)
     newton = Newton(*given, 0.5, free)
     np.testing.assert_array_equal(newton.moved(x, 3), newton.moved_in_numpy(x, 3))
+
+
+@needs_compiler
+@pytest.mark.parametrize("seed", range(4))
+def test_both_engines_find_the_same_costs(seed):
+    x, triangles, inside, own, *_ = smoothing_problem(seed)
+    triangles = np.concatenate([triangles, triangles[:3, ::-1]])  # some are inverted
+    inside = inside.select(np.append(np.arange(len(triangles) - 3), [0, 1, 2]))
+    given = x, triangles, inside, own, 0.6, 1.2
+    np.testing.assert_array_equal(costs_in(*given), costs_in_numpy(*given))
+    assert np.isinf(costs_in(*given)).sum() == 3
+
+
+@needs_compiler
+@pytest.mark.parametrize("seed", range(4))
+def test_both_engines_flip_to_the_same_shapes(seed):
+    x, triangles, _ = start(seed)
+    inside = roots(smooth_tensors(x[triangles].mean(axis=1), 8.0))
+    found, plain = (
+        Shaped(triangles.copy(), measures(x, triangles, inside), inside.copy())
+        for measures in (shape_measures, shape_measures_in_numpy)
+    )
+    facets = np.concatenate([SIDES, triangles[:3, :2]])
+    fresh = np.random.default_rng(seed).random(len(triangles)) < 0.7
+    for _ in range(3):
+        flips = found.flips(len(x), facets, fresh)
+        for part, other in zip(flips, plain.flips_in_numpy(facets, fresh), strict=True):
+            np.testing.assert_array_equal(part, other)
+        turned = flips.turned.reshape(-1, 3)
+        there = roots(smooth_tensors(x[turned].mean(axis=1), 8.0))
+        after = shape_measures(x, turned, there)
+        fresh = found.flip(flips, after, there)
+        np.testing.assert_array_equal(fresh, plain.flip_in_numpy(flips, after, there))
+        assert fresh.any()
+        for part, other in zip(found, plain, strict=True):
+            np.testing.assert_array_equal(part, other)
+    np.testing.assert_array_equal(found.measures, shape_measures(x, found.triangles, found.inside))
+    assert found.measures.max() > GOOD
+
+
+def test_shapes_in_a_metric_are_those_of_the_stretched_triangles():
+    x, triangles, m = start(1)
+    root = roots(m[:1])
+    inside = np.repeat(root, len(triangles), axis=0)
+    stretched = mapped(np.repeat(root, len(x), axis=0), x)
+    np.testing.assert_allclose(shape_measures(x, triangles, inside), eta(stretched, triangles))
+    assert np.isinf(shape_measures(x, triangles[:, ::-1], inside)).all()
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -15,7 +15,7 @@ from bubblemesh.console.report import show_quality
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import NOTHING_HELD
 from bubblemesh.layers.figures import layer_figures
-from bubblemesh.layers.heights import reached
+from bubblemesh.layers.heights import AT_ONCE, reached
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quads import corner_angles, quadrilaterals
 from bubblemesh.meshes.quality import Measures
@@ -327,13 +327,13 @@ def test_a_place_far_from_the_origin_changes_no_layers(x, y):
         wing = np.array([[1, 0], [0.997, 0.0004], [0.5, 0.08], [0, 0], [0.5, -0.08], [0.997, -0.0004]])
         wing += [x, y]
         outer = {"rectangle": [x - 1, y - 1, x + 2, y + 1], "label": "far"}
-        domain = {"outer": outer, "holes": [{"polygon": wing.tolist(), "label": "wing"}]}
-        return row_of(run(domain, {"on": "wing", "first": 0.001, "until": "isotropic"}, spacing=0.1), "wing")
+        return {"outer": outer, "holes": [{"polygon": wing.tolist(), "label": "wing"}]}
 
-    here, there = at(0, 0), at(x, y)
-    assert here["first"]["kept"] == there["first"]["kept"] == 1
-    assert here["count"] == there["count"]
-    assert here["complete"] == there["complete"]
+    layers = {"on": "wing", "first": 0.001, "until": "isotropic"}
+    here = layers_of(prepared(at(0, 0), layers, spacing=0.1), "wing")
+    there = row_of(run(at(x, y), layers, spacing=0.1), "wing")
+    assert here.first["kept"] == there["first"]["kept"] == 1
+    assert (here.count, here.complete) == (there["count"], there["complete"])
 
 
 @pytest.mark.parametrize(
@@ -459,7 +459,7 @@ def test_second_order_layers_follow_the_curve(cells):
 def test_layers_may_end_on_a_wall_that_goes_on_beside_them(ends):
     hole = {"polygon": [[0.5, 0], [0, 0.5], [-0.5, 0], [0, -0.5]], "label": "hole"}
     domain = {
-        "outer": {"rectangle": [-2, -2, 2, 2], "label": "far"},
+        "outer": {"rectangle": [-1.6, -0.9, 1.9, 1], "label": "far"},
         "holes": [hole],
         "lines": [{"path": [[-1.2, 0.3], [1.5, 0.45]], "label": "line"}],
     }
@@ -530,6 +530,20 @@ def test_a_slot_has_layers_also_where_the_spacing_is_defined_in_the_domain_only(
     assert row_of(run(slot, layers, spacing="0.1 + 0*sqrt(y*(0.02 - y))"), "bottom")["count"]["least"] > 0
 
 
+def test_the_spacing_is_asked_for_several_layers_at_once(monkeypatch):
+    asked = []
+    one = Spacing.anywhere_towards
+
+    def counted(spacing, points, directions):
+        asked.append(len(points))
+        return one(spacing, points, directions)
+
+    monkeypatch.setattr(Spacing, "anywhere_towards", counted)
+    most = prepared(AROUND, {"on": "disc", "first": 1e-4, "growth": 1.2, "count": 30}, spacing=0.1).rest.strips.heights
+    assert (most.count == 30).all()
+    assert len(asked) == -(-30 // AT_ONCE)
+
+
 def test_a_thickness_is_reached_with_a_growth_near_the_given_one():
     result = run(CHANNEL, {"on": "bottom", "first": 0.004, "thickness": 0.2, "growth": 1.3})
     row = row_of(result, "bottom")
@@ -589,7 +603,7 @@ def test_the_count_that_is_advised_lets_sizes_pass():
 @pytest.mark.parametrize(("first", "growth", "count"), [(0.02, 1.25, 1), (0.004, 1.15, 6), (0.001, 1.3, 4)])
 def test_the_count_that_is_advised_is_enough_around_a_body(first, growth, count):
     body = {"rectangle": [0.5, 0.4, 1.7, 1.6], "label": "body"}
-    domain = {"outer": {"rectangle": [-1, -1, 3, 3], "label": "far"}, "holes": [body]}
+    domain = {"outer": {"rectangle": [-0.5, -0.6, 2.7, 2.6], "label": "far"}, "holes": [body]}
     keys = {"on": "body", "first": first, "growth": growth}
     (text,) = (text for text in run(domain, {**keys, "count": count}).report["warnings"] if "times as high" in text)
     advised = int(text.split("count: ")[1].split()[0])
@@ -615,8 +629,9 @@ def test_thin_cells_of_fans_do_not_hide_that_sizes_jump_at_the_walls():
 
 
 def test_no_count_is_advised_that_a_case_may_not_have():
+    box = {"outer": {"rectangle": [0, 0, 0.5, 0.5], "labels": SIDES}}
     keys = {"on": "bottom", "first": 1e-7, "growth": 1.01, "count": 500}
-    (text,) = (text for text in run(CHANNEL, keys).report["warnings"] if "times as high" in text)
+    (text,) = (text for text in run(box, keys).report["warnings"] if "times as high" in text)
     assert text.endswith(": until: isotropic lets sizes pass without a jump")
 
 
@@ -667,7 +682,7 @@ def test_columns_of_more_layers_have_the_room_that_they_turn_to_in_corners():
     domain, keys = {"outer": {"rectangle": [0, 0, 2, 1], "label": "wall"}}, {"on": "wall", "first": 0.002}
     row = row_of(run(domain, {**keys, "count": 5}, spacing=0.05), "wall")
     assert (row["advised"], row["fitting"]) == (18, 18)
-    assert row_of(run(domain, {**keys, "count": 18}, spacing=0.05), "wall")["complete"] > 0.5
+    assert layers_of(prepared(domain, {**keys, "count": 18}, spacing=0.05), "wall").complete > 0.5
 
 
 def test_a_first_layer_as_high_as_the_spacing_is_there_all_along():

@@ -3,7 +3,7 @@ import pytest
 from metrics import matrices, random_tensors
 
 from bubblemesh.kernels.tensors import lengths, mapped, mean_lengths, roots, unmapped
-from bubblemesh.meshes.tensors import area_sizes, axes, edge_lengths, intersections, of_axes, size_ratios
+from bubblemesh.meshes.tensors import area_sizes, axes, edge_lengths, intersections, of_axes, size_ratios, turned
 
 
 @pytest.fixture
@@ -79,3 +79,12 @@ def test_the_mean_length_is_nearly_the_logarithmic_mean():
 def test_an_edge_in_one_metric_has_its_length_there():
     tensors = np.array([[4.0, 0.0, 1.0]] * 2)
     assert edge_lengths(np.array([[0.0, 0.0], [1.0, 0.0]]), tensors, np.array([[0, 1]]))[0] == pytest.approx(2)
+
+
+def test_lengths_of_turned_vectors_in_turned_tensors_are_the_same(some):
+    tensors, vectors = some
+    angle = np.linspace(-4, 4, len(vectors))
+    (x, y), c, s = vectors.T, np.cos(angle), np.sin(angle)
+    there = lengths(turned(tensors, angle), np.column_stack([c * x - s * y, s * x + c * y]))
+    np.testing.assert_allclose(there, lengths(tensors, vectors), rtol=1e-9)
+    np.testing.assert_array_equal(turned(tensors, np.zeros(len(tensors))), tensors)

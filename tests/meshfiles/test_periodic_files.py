@@ -108,6 +108,89 @@ def test_gmsh_reads_the_pairs(gmsh, cell, tmp_path, form):
         np.testing.assert_allclose(affine, moved.ravel(), atol=1e-15)
 
 
+SECTOR = """
+domain:
+  outer:
+    path:
+      - [INNER, 0]
+      - {to: [2, 0], label: right}
+      - {arc: {to: [2*cos(pi/3), 2*sin(pi/3)], center: [0, 0], turn: left}, label: yoke}
+      - {to: [INNER*cos(pi/3), INNER*sin(pi/3)], label: left}
+      SHAFT
+  periodic: [[right, left]]
+spacing: 0.3
+"""
+RING = SECTOR.replace("INNER", "1").replace("SHAFT", "- {arc: {to: [1, 0], center: [0, 0], turn: right}, label: shaft}")
+WEDGE = SECTOR.replace("INNER", "0").replace("SHAFT", "")
+QUARTER = """
+domain: {outer: {rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}, periodic: [[b, l], [t, r]]}
+spacing: 0.3
+"""
+
+
+@pytest.mark.parametrize("ignored", [0, 1])
+@pytest.mark.parametrize("form", ["msh", "msh-ascii", "msh4"])
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("text", [RING, WEDGE, QUARTER], ids=["ring", "with its tip", "two pairs"])
+def test_gmsh_reads_how_sides_are_turned(gmsh, tmp_path, text, order, form, ignored):
+    mesh = mesh_of(text) if order == 1 else mesh_of(text).second_order()[0]
+    write_files(mesh, {}, {}, tmp_path, "cell", [form])
+    gmsh.option.setNumber("Mesh.IgnorePeriodicity", ignored)
+    try:
+        gmsh.open(str(tmp_path / "cell.msh"))
+    finally:
+        gmsh.option.setNumber("Mesh.IgnorePeriodicity", 1)
+    numbers, places, _ = gmsh.model.mesh.getNodes()
+    np.testing.assert_allclose(places.reshape(-1, 3)[np.argsort(numbers), :2], mesh.points, atol=1e-14)
+    if ignored:
+        return
+    for sides in mesh.periodic_sides:
+        found = gmsh.model.mesh.getPeriodicNodes(1, sides.second + 1, includeHighOrderNodes=True)
+        original, nodes, originals, affine = found
+        assert original == sides.first + 1
+        assert set(zip(originals - 1, nodes - 1, strict=True)) == {tuple(pair) for pair in sides.nodes.tolist()}
+        turn = np.radians(-60 if text != QUARTER else sides.angle)
+        matrix = np.reshape(affine, (4, 4))
+        rotation = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+        np.testing.assert_allclose(matrix[:2, :2], rotation, atol=1e-12)
+        here, there = mesh.points[sides.nodes.T]
+        np.testing.assert_allclose(here @ matrix[:2, :2].T + matrix[:2, 3], there, atol=1e-12)
+        np.testing.assert_array_equal(matrix[2:], np.eye(4)[2:])
+
+
+@pytest.mark.parametrize("form", ["msh", "msh-ascii", "msh4"])
+@pytest.mark.parametrize("text", [RING, WEDGE, QUARTER], ids=["ring", "with its tip", "two pairs"])
+def test_turned_sides_are_read_back(tmp_path, text, form):
+    mesh = mesh_of(text)
+    write_files(mesh, {}, {}, tmp_path, "cell", [form])
+    found, notes = whole_mesh(tmp_path / "cell.msh")
+    assert notes == ()
+    require_conforming(found)
+    before, after = (
+        {(each.labels[sides.first], each.labels[sides.second]): sides.motion for sides in each.periodic_sides}
+        for each in (mesh, found)
+    )
+    assert before.keys() == after.keys()
+    for names, motion in before.items():
+        np.testing.assert_allclose(after[names], motion, atol=1e-12)
+
+
+def test_files_of_few_digits_tell_turned_sides(tmp_path):
+    mesh = mesh_of(RING)
+    rounded = dataclasses.replace(mesh, points=np.round(mesh.points, 6))
+    write_files(rounded, {}, {}, tmp_path, "cell", ["msh-ascii"])
+    (sides,) = whole_mesh(tmp_path / "cell.msh")[0].periodic_sides
+    assert sides.angle == pytest.approx(-60, abs=1e-4)
+
+
+def test_the_sidecar_has_angle_and_center_of_turned_sides(tmp_path):
+    write_files(mesh_of(RING), {}, {}, tmp_path, "cell", ["su2"])
+    sidecar = json.loads((tmp_path / "cell.labels.json").read_text())
+    found = {name: entry["periodic"] for name, entry in sidecar.items() if "periodic" in entry}
+    for name, other, angle in (("right", "left", 60), ("left", "right", -60)):
+        assert found[name] == {"with": other, "angle": pytest.approx(angle), "center": pytest.approx([0, 0], abs=1e-12)}
+
+
 PAIRED = """
 domain:
   outer: {rectangle: [0, 0, 1, 1], labels: [bottom, right, top, left]}
@@ -214,7 +297,7 @@ def matching(mesh, sides):
     return mesh.labels[sides.first], mesh.labels[sides.second], sorted(map(tuple, places.tolist()))
 
 
-def test_periodic_sides_that_are_turned_are_told(tmp_path):
+def test_periodic_sides_whose_nodes_match_the_wrong_way_round_are_told(tmp_path):
     mesh = mesh_of(PAIRED.replace("PAIRS", "").replace("POINTS", ""))
     (name, *_) = write_files(mesh, {}, {}, tmp_path, "cell", ["msh-ascii"])["files"]
     text = (tmp_path / name).read_text()
@@ -224,7 +307,9 @@ def test_periodic_sides_that_are_turned_are_told(tmp_path):
     (tmp_path / name).write_text("\n".join([f"{head}$Periodic", *pairs.splitlines()[:4], *turned, "$EndPeriodic\n"]))
     found, notes = whole_mesh(tmp_path / name)
     assert found.periodic_sides == ()
-    assert notes == ("1 of its 1 pairs of periodic sides are left out: they are no shifted boundaries",)
+    assert notes == (
+        "1 of its 1 pairs of periodic sides are left out: they are no boundaries that are shifted or turned",
+    )
 
 
 @pytest.mark.parametrize(("row", "missing"), [("0 1", 0), ("1 9999", 9999)])
@@ -261,6 +346,31 @@ def test_what_gmsh_writes_is_read(gmsh, tmp_path, version, binary):
     (sides,) = mesh.periodic_sides
     assert (mesh.labels[sides.first], mesh.labels[sides.second], sides.shift.tolist()) == ("left", "right", [2, 0])
     assert len(sides.nodes) == np.count_nonzero(mesh.points[:, 0] == 0)
+
+
+@pytest.mark.parametrize("version", [2.2, 4.1])
+def test_turned_sides_that_gmsh_writes_are_read(gmsh, tmp_path, version):
+    gmsh.clear()
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    places = [(0, 0), (2, 0), (1.2, 1.6)]
+    points = [gmsh.model.geo.addPoint(x, y, 0, 0.3) for x, y in places]
+    lines = [gmsh.model.geo.addLine(points[k], points[(k + 1) % 3]) for k in range(3)]
+    gmsh.model.geo.addPlaneSurface([gmsh.model.geo.addCurveLoop(lines)])
+    gmsh.model.geo.synchronize()
+    matrix = np.eye(4)
+    matrix[:2, :2] = turn
+    gmsh.model.mesh.setPeriodic(1, [lines[2]], [lines[0]], matrix.ravel().tolist())
+    for dimension, entity, name in ((1, lines[0], "right"), (1, lines[2], "left"), (2, 1, "domain")):
+        gmsh.model.addPhysicalGroup(dimension, [entity], name=name)
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.model.mesh.generate(2)
+    gmsh.write(str(tmp_path / "a.msh"))
+    gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+    gmsh.clear()
+    (sides,) = whole_mesh(tmp_path / "a.msh")[0].periodic_sides
+    assert abs(sides.angle) == pytest.approx(np.degrees(np.arctan2(0.8, 0.6)))
+    np.testing.assert_allclose(sides.center, [0, 0], atol=1e-9)
+    assert (sides.nodes[:, 0] == sides.nodes[:, 1]).sum() == 1
 
 
 def test_groups_of_nodes_that_are_not_read_are_told(tmp_path):

@@ -11,7 +11,7 @@ from bubblemesh.kernels.shapes import eta
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing import mending
 from bubblemesh.packing import net as nets
-from bubblemesh.packing.mending import AROUND, MOST_PATCHES, MOVING, Mending, badness, disjoint_patches
+from bubblemesh.packing.mending import AROUND, AT_MOST, MOVING, Mending, badness, disjoint_patches
 from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected
@@ -53,7 +53,7 @@ def worst(net):
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", ["sector", "square"])
+@pytest.mark.parametrize("name", ["graded", "square"])
 def test_mended_part_is_put_back_without_a_triangulation_of_all_bubbles(name, monkeypatch):
     domain, spacing, net = smoothed_net(name, 4, 5)
     anew = connect_inside(mended(domain, spacing, net).bubbles, domain, spacing)
@@ -129,9 +129,8 @@ def test_net_without_bad_triangles_is_left_alone():
     assert mended(domain, spacing, net, scheme=Mending(mend_attempts=0)) is net
 
 
-@pytest.mark.parametrize("name", ["strip", "ring"])
-def test_bubbles_on_the_boundary_are_not_displaced(name):
-    domain, spacing, net = smoothed_net(name)
+def starts_of_attempts(domain, spacing, net):
+    """The bubbles as three attempts displaced them."""
     seen = []
 
     class Recording(Smoothing):
@@ -141,9 +140,47 @@ def test_bubbles_on_the_boundary_are_not_displaced(name):
 
     Mending(mend_attempts=3)(net, domain, spacing, Recording(), np.random.default_rng(0))
     assert len(seen) > 2
-    for bubbles in seen:
+    return seen
+
+
+@pytest.mark.parametrize("name", ["strip", "ring"])
+def test_bubbles_on_the_boundary_are_displaced_along_it(name):
+    domain, spacing, net = smoothed_net(name)
+    moved = set()
+    for bubbles in starts_of_attempts(domain, spacing, net):
         on_curve = domain.boundary.points(bubbles.piece, bubbles.s)
         np.testing.assert_allclose(bubbles.x[bubbles.sliding], on_curve, atol=1e-14)
+        np.testing.assert_array_equal(bubbles.x[: bubbles.corners], net.bubbles.x[: bubbles.corners])
+        moved |= set(bubbles.s.tolist()) - set(net.bubbles.s.tolist())
+    assert moved
+
+
+@pytest.mark.parametrize("held", [[True] * 4, [True, False, False, False]], ids=["all", "floor"])
+def test_bubbles_on_the_boundary_stay_beside_those_that_are_held(held):
+    """What is poor beside cuts is mended when these are free: bubbles of a wall must not give way to it."""
+    domain, spacing, net = smoothed_net("strip")
+    domain.__dict__["tied"] = np.array(held)
+    try:
+        for bubbles in starts_of_attempts(domain, spacing, net):
+            np.testing.assert_array_equal(bubbles.x[bubbles.sliding], net.bubbles.x[bubbles.sliding])
+    finally:
+        del domain.__dict__["tied"]  # the domain is shared
+
+
+def test_all_places_are_mended_however_many_poor_triangles_one_has():
+    """Each place has several poor triangles: the worst of one must not keep the others from being seen."""
+    domain, spacing, net = smoothed_net("square")
+    rng = np.random.default_rng(3)
+    places = [(x, y) for x in (0.8, 1.6, 2.4, 3.2) for y in (0.8, 1.6, 2.4, 3.2)]
+    x = net.bubbles.x.copy()
+    for place in places:
+        near = np.argsort(np.hypot(*(x - place).T))[:4]
+        x[near] += 0.25 * 0.2 * rng.standard_normal((4, 2))
+    spoiled = connect_inside(net.bubbles.moved(x), domain, spacing)
+    measure = eta(spoiled.bubbles.x, spoiled.triangles)
+    assert (measure > 1.08).sum() > 2 * AT_MOST
+    found = mended(domain, spacing, spoiled)
+    assert (eta(found.bubbles.x, found.triangles) > 1.08).sum() < 24
 
 
 def test_attempts_that_make_it_worse_are_not_kept(monkeypatch):
@@ -177,10 +214,10 @@ def test_a_seed_gives_one_result_and_another_seed_another():
 def test_patches_are_apart_and_hold_what_must_not_move(name):
     _, _, net = smoothed_net(name)
     measure = eta(net.bubbles.x, net.triangles)
-    bad = np.argsort(-measure)[:MOST_PATCHES]
+    bad = np.argsort(-measure)[:AT_MOST]
     _, part = net.part(net.within(net.triangles[bad[:5]], AROUND))
     for one in (net, part):
-        order = np.argsort(-eta(one.bubbles.x, one.triangles))[:MOST_PATCHES]
+        order = np.argsort(-eta(one.bubbles.x, one.triangles))[:AT_MOST]
         patches = disjoint_patches(one, order)
         assert patches.number >= 1
         assert (patches.moving[: one.bubbles.corners] == -1).all()
@@ -210,7 +247,7 @@ def test_rim_of_a_part_does_not_move_though_a_patch_reaches_it():
 
 def test_badness_of_a_patch_is_that_of_the_triangles_at_its_moving_bubbles():
     _, _, net = smoothed_net("square")
-    order = np.argsort(-eta(net.bubbles.x, net.triangles))[:MOST_PATCHES]
+    order = np.argsort(-eta(net.bubbles.x, net.triangles))[:AT_MOST]
     patches = disjoint_patches(net, order)
     found = badness(net, patches)
     measure = eta(net.bubbles.x, net.triangles)

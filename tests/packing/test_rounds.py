@@ -15,6 +15,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing import net as nets
 from bubblemesh.packing.annealing import NoAnnealing
+from bubblemesh.packing.mending import NoMending
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.packing.net import connect
@@ -72,7 +73,7 @@ def test_annealed_bubbles_are_not_triangulated_anew_however_far_they_have_gone(m
     monkeypatch.setattr(nets, "linked", noted)
     spacing = Spacing(lambda x, y: 0.4 * np.abs(np.hypot(x, y) - 2) + 0.3, 0.3)
     domain, method = Domain.of(rings.rectangle(-3, -3, 3, 3)), METHODS["multilevel"]
-    method = replace(method, perturbation=replace(method.perturbation, seed=1))
+    method = replace(method, perturbation=replace(method.perturbation, seed=1), mending=NoMending())
     start = method.placement(domain, spacing, 10_000)
     *_, last = rounds(start, domain, [spacing], method)
     assert sizes == [len(start)]

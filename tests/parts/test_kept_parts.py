@@ -41,7 +41,7 @@ spacing: 0.022
 """
 FINE = {
     "disc": DISC.replace("0.04 + 0.05", "0.018 + 0.022"),
-    "regions": REGIONS.replace("0.1,", "0.06,").replace("0.06}", "0.05}"),
+    "regions": f"{REGIONS.partition('spacing:')[0]}spacing: 0.06\n",
     "lines": LINES,
     "periodic": PERIODIC.replace("0.04 + 0.02", "0.02 + 0.011"),
 }
@@ -54,20 +54,32 @@ output: {formats: [xdmf]}
 """
 
 
-def sliced(given, folder):
-    result = run_case(given, RunOptions(keeping=Keeping(lambda scale: InFolder(folder), True)))
+def sliced(given, store):
+    result = run_case(given, RunOptions(keeping=Keeping(lambda scale: store, True)))
     assert isinstance(result, SlicedResult)
     return result
 
 
+class InMemoryToo(InFolder):
+    """A store in a folder that keeps the parts as they are given, too."""
+
+    def __init__(self, folder):
+        super().__init__(folder)
+        self.folder, self.memory = folder, InMemory()
+
+    def keep(self, number, part):
+        super().keep(number, part)
+        self.memory.keep(number, part)
+
+
 @pytest.fixture(scope="module")
 def packed(tmp_path_factory):
-    """By name, a fine case of three parts, its result in slices, and the folder that keeps them: made once."""
+    """By name, a fine case of three parts, its result in slices, and the store that keeps them: made once."""
 
     @cache
     def made(name):
-        given, folder = case(FINE[name], 3), tmp_path_factory.mktemp(name)
-        return given, sliced(given, folder), folder
+        given, store = case(FINE[name], 3), InMemoryToo(tmp_path_factory.mktemp(name))
+        return given, sliced(given, store), store
 
     return made
 
@@ -127,7 +139,7 @@ def test_a_mesh_in_slices_is_the_one_that_is_made_at_once(name, packed):
 def test_areas_that_lie_apart_may_be_parts(left, spacing, tmp_path):
     text = AREAS.replace("1.5, 0, 2.5", f"{left}, 0, {left + 1}").replace("0.05", f"{spacing}")
     given = case(text, 2)
-    whole, result = mesh_case(given), sliced(given, tmp_path)
+    whole, result = mesh_case(given), sliced(given, InFolder(tmp_path))
     points, triangles, _, _ = gathered(result.mesh)
     one = whole.mesh
     np.testing.assert_allclose(
@@ -136,32 +148,20 @@ def test_areas_that_lie_apart_may_be_parts(left, spacing, tmp_path):
     assert result.report["quality"]["mean"] == pytest.approx(whole.report["quality"]["mean"], rel=1e-12)
 
 
-def test_a_kept_part_is_the_one_that_was_given(tmp_path):
-    memory, files = InMemory(), InFolder(tmp_path)
-
-    class Both:
-        shared = False
-
-        def keep(self, number, part):
-            memory.keep(number, part)
-            files.keep(number, part)
-
-        margin = staticmethod(memory.margin)
-        core = staticmethod(memory.core)
-
-    run_case(case(FINE["regions"], 3), RunOptions(keeping=Keeping(lambda scale: Both(), True)))
+def test_a_kept_part_is_the_one_that_was_given(packed):
+    _, _, files = packed("regions")
     for number in range(3):
-        for kept, given in ((files.core, memory.core), (files.margin, memory.margin)):
+        for kept, given in ((files.core, files.memory.core), (files.margin, files.memory.margin)):
             assert_same(kept(number), given(number))
-    assert files.margin(3) is memory.margin(3) is None
-    assert sorted(path.name for path in tmp_path.iterdir()) == [f"part-{k}.npz" for k in range(3)]
+    assert files.margin(3) is files.memory.margin(3) is None
+    assert sorted(path.name for path in files.folder.iterdir()) == [f"part-{k}.npz" for k in range(3)]
 
 
 @pytest.fixture
 def files(packed, tmp_path):
     """A store of its own with the parts of a case."""
-    _, _, folder = packed("regions")
-    copytree(folder, tmp_path, dirs_exist_ok=True)
+    _, _, store = packed("regions")
+    copytree(store.folder, tmp_path, dirs_exist_ok=True)
     return InFolder(tmp_path)
 
 

@@ -46,7 +46,8 @@ def test_a_mesh_of_parts_is_as_good_in_the_metric_as_that_of_one_piece(metric, p
 def test_nodes_on_cuts_are_as_far_apart_as_the_metric_says_along_them():
     problem = prepare(metric_case(LONG, spacing=0.06))
     spacing = problem.packing_spacing
-    division = cut_domain(problem.domain, find_cuts(problem.domain, spacing, problem.expected_nodes, 4), spacing)
+    cuts = find_cuts(problem.domain, spacing, problem.expected_nodes, 4)
+    division = cut_domain(problem.domain, cuts, spacing, coarsened=False)
     held = division.held
     for piece in held.pieces.tolist():
         s = np.concatenate([[0.0], held.s[held.piece == piece], [division.boundary.lengths[piece]]])

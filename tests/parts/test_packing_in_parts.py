@@ -1,6 +1,7 @@
 """Domains packed in parts: cuts, the parts' domains, what they have in common, and the joined meshes."""
 
 import pickle
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import shapely
 from invariants import check_mesh
 from part_cases import CASES, CHECKS, HOLES, PERIODIC, REGIONS, SHORE, SQUARE, case
 from partitions import MOONS
+from scipy.spatial import cKDTree
 from twins import needs_compiler
 
 from bubblemesh.case import load_case
@@ -25,12 +27,13 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.process.resources import WorkClock
 from bubblemesh.run.packing import Clock
 from bubblemesh.run.pipeline import mesh_case
+from bubblemesh.spacing.grid.table import tabulated
 
 
 def division_of(text, parts):
     problem = prepare(case(text))
     cuts = find_cuts(problem.domain, problem.packing_spacing, problem.expected_nodes, parts)
-    return problem, cuts, cut_domain(problem.domain, cuts, problem.packing_spacing)
+    return problem, cuts, cut_domain(problem.domain, cuts, problem.packing_spacing, coarsened=problem.method.coarsens)
 
 
 def nodes_of(domain, places, division):
@@ -153,11 +156,42 @@ def test_no_line_shows_where_the_cuts_were():
     inner = problem.domain.signed_distance(centers) > 0.03
     beside, elsewhere = q[inner & (away < 2)], q[inner & (away > 8)]
     assert len(beside) > 500
-    assert beside.mean() > elsewhere.mean() - 0.002
-    assert np.quantile(beside, 0.01) > np.quantile(elsewhere, 0.01) - 0.02
+    assert beside.mean() > elsewhere.mean() - 0.001
+    assert np.quantile(beside, 0.01) > np.quantile(elsewhere, 0.01) - 0.01
     # No edges follow the cut: those whose both ends are on it are few.
     on_cut = shapely.distance(lines, shapely.points(mesh.points)) < 1e-9
     assert on_cut.sum() < 0.1 * shapely.length(lines) / 0.014
+
+
+RING = """
+domain: {outer: {rectangle: [-3, -3, 3, 3]}}
+spacing: 0.13*(0.2*abs(hypot(x, y) - 2) + 0.15)
+"""
+
+
+def test_on_each_level_cuts_have_every_second_bubble_of_the_next_one():
+    problem, cuts, division = division_of(RING, 4)
+    method, spacing = problem.method, problem.packing_spacing
+    for cell in range(4):
+        domain, places = division.part(cell)
+        levels, _ = method.started(domain, tabulated(domain, spacing), float(cuts.work[cell]), 100_000)
+        shells = [boundary_bubbles(domain, level) for level in levels]
+        on_cuts = [shell.x[shell.corners :][places.on_cut[shell.piece]] for shell in shells]
+        assert len(levels) == 3
+        for coarse, fine in pairwise(on_cuts):
+            assert cKDTree(fine).query(coarse)[0].max() < 1e-12
+            pieces = places.on_cut.sum()
+            assert len(fine) + pieces == 2 * (len(coarse) + pieces)
+
+
+def test_cuts_meet_another_one_in_the_same_place_from_both_sides():
+    """Bubbles at their ends would be nearer to each other than a spacing."""
+    _, cuts, division = division_of(RING, 4)
+    _, *others = (np.array(line.vertices) for line in cuts.lines)
+    met = [end for line in others for end in line if np.abs(end).max() < 3]
+    assert len(met) == 2
+    np.testing.assert_allclose(*met, atol=1e-12)
+    assert division.on_cut.sum() == 4
 
 
 LAKE = """
@@ -192,7 +226,8 @@ def test_the_mesh_does_not_depend_on_who_packs_which_part_when():
     assert [row.nodes_after for row in first.report.rounds] == [row.nodes_after for row in second.report.rounds]
 
 
-def test_the_longest_jobs_are_begun_first_and_workers_start_before_there_are_any():
+def test_the_longest_jobs_are_begun_first_and_workers_start_before_there_are_any(monkeypatch):
+    monkeypatch.setattr(seams, "TOGETHER", 100)
     calls = []
 
     def noting(function, jobs):
@@ -206,6 +241,18 @@ def test_the_longest_jobs_are_begun_first_and_workers_start_before_there_are_any
     for work in ([part.expected_nodes for (part,) in parts], [len(arguments[0].triangles) for arguments in strips]):
         assert len(set(work)) > 1
         assert work == sorted(work, reverse=True)
+
+
+def test_small_strips_are_packed_together_and_large_ones_alone(monkeypatch):
+    monkeypatch.setattr(seams, "TOGETHER", 100)
+    for sizes, groups in (
+        ([], []),
+        ([30], [0]),
+        ([30, 40, 20], [0, 0, 0]),
+        ([300, 30, 40, 20], [0, 1, 1, 1]),
+        ([90, 60, 70, 40, 30], [0, 2, 1, 2, 1]),
+    ):
+        assert seams._together(np.array(sizes, np.int64)).tolist() == groups
 
 
 @needs_compiler

@@ -41,7 +41,7 @@ def problem_of(text, *overrides):
 
 
 def extremes_of(problem):
-    return problem.packing_extremes[:2], problem.packing_extremes[2:]
+    return problem.packing_extremes.both
 
 
 def figure_of(problem, title=None):

@@ -21,7 +21,6 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.node_target import NodeTarget, Scales, ScaleSearch, fit_node_target, next_aim, scaled_to
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Task
-from bubblemesh.process.limits import timed
 from bubblemesh.spacing.spacing import Spacing
 
 TEETH = np.linspace(0, 2 * np.pi, 60, endpoint=False)
@@ -184,13 +183,14 @@ def test_the_time_of_each_trial_is_counted_once(monkeypatch):
     case, trials = load_case("a.yaml", text=BARE["1"], overrides=["spacing.nodes=200"]), []
     problem = prepare(case)
 
-    def check(domain, request, task, seconds, scale):
+    def check(domain, request, task, stopwatch, scale):
         trials.append(request.rules.across)
         for stage, taken in [("spacing", 2.0), ("layers", 3.0)]:
-            with timed(seconds, stage):
+            with stopwatch.stage(stage):
                 clock[0] += taken
         # What narrow parts take by themselves puts the number out of reach.
-        return replace(problem, expected_nodes=400.0 if request.rules.across is None else 200.0, seconds=seconds)
+        expected = 400.0 if request.rules.across is None else 200.0
+        return replace(problem, expected_nodes=expected, seconds=stopwatch.seconds)
 
     clock = [0.0]
     monkeypatch.setattr("bubblemesh.process.limits.perf_counter", lambda: clock[0])
@@ -277,7 +277,7 @@ class TestSearch:
 
     @pytest.mark.parametrize("start", [None, 1000.0])
     def test_a_search_in_which_no_scale_can_be_checked_is_an_error(self, start):
-        def check(task, seconds, scale):
+        def check(task, stopwatch, scale):
             raise LimitError("too many")
 
         # A number that changes so slowly with the scale that no trial reaches an end.
@@ -289,7 +289,7 @@ class TestSearch:
     def test_if_the_nearest_will_do_only_the_limit_counts(self):
         given = prepare(load_case("-", text=BARE["1"]))
 
-        def check(task, seconds, scale):
+        def check(task, stopwatch, scale):
             if task.max_nodes < 5e5:
                 raise LimitError("too many")
             return replace(given, task=task, expected_nodes=5e5)

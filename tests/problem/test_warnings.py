@@ -6,7 +6,7 @@ import pytest
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.geometry.rings import ArcTo, LineTo, circle, path, polygon, rectangle
-from bubblemesh.problem.warnings import ShortEdges, narrow_parts, poor_result, refined_boundary, sharp_angles
+from bubblemesh.problem.warnings import RefiningEdges, narrow_parts, poor_result, refined_boundary, sharp_angles
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -20,7 +20,7 @@ NONE = Sources(np.zeros((0, 2)), np.zeros(0))
 
 def _refined(domain, spacing, coarse=NONE):
     short = short_pieces(domain, spacing)
-    return refined_boundary(short, coarse, ShortEdges.of(domain, short))
+    return refined_boundary(short, coarse, RefiningEdges.of(domain, short))
 
 
 RADIAL = Spacing(lambda x, y: np.hypot(x, y) / 8)
@@ -155,7 +155,7 @@ def test_one_short_edge_is_not_a_plural():
 
 def test_tight_curve_is_named():
     domain = Domain.of(SQUARE, [circle((0, 0), 0.05)])
-    (warning,) = refined_boundary(NONE, coarse_curves(domain, uniform(0.2)), ShortEdges(0, 0, 0))
+    (warning,) = refined_boundary(NONE, coarse_curves(domain, uniform(0.2)), RefiningEdges(0, 0, 0))
     assert "too coarse for the curve at" in warning
     assert "reduced to 0.0524" in warning
 
@@ -184,7 +184,7 @@ def test_poor_triangle_is_named():
 def test_node_count_is_compared_with_the_ideal_one(nodes, warned):
     assert bool(poor_result(figures(nodes, boundary=80), 1000.0)) == warned
     assert poor_result(figures(nodes, boundary=80), None) == []
-    assert bool(poor_result(figures(nodes, boundary=80), 1000.0, refined=True)) == (nodes < 900)
+    assert bool(poor_result(figures(nodes, boundary=80), 1000.0, packed_finer=True)) == (nodes < 900)
 
 
 def test_mesh_without_inner_nodes_is_mentioned():

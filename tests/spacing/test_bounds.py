@@ -6,7 +6,7 @@ import pytest
 from bubblemesh.spacing.bounds import RULES
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.terms.combination import Combination
+from bubblemesh.spacing.terms.combination import Combination, nothing
 from bubblemesh.spacing.terms.proximity import Proximities, Proximity
 
 # For each rule an expression that is made of it, where it has bounds and where it has none.
@@ -150,3 +150,11 @@ def test_limits_say_nothing_where_there_may_be_no_spacing():
 
 def test_a_combination_with_a_term_of_no_bounds_has_none():
     assert Combination((Spacing(FINE), Spacing(lambda x, y: x))).bounds_within(*boxes(3)) is None
+    assert Combination((Spacing(nothing),)).bounds_within(*boxes(3)) is None
+
+
+def test_a_term_that_asks_for_nothing_does_not_count_among_bounds():
+    fine = Spacing(FINE)
+    both = (Combination(terms).bounds_within(*boxes(3)) for terms in ((Spacing(nothing), fine), (fine,)))
+    found, other = ((bounds.low, bounds.high, bounds.steepest) for bounds in both)
+    np.testing.assert_array_equal(found, other)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing import expression as module
-from bubblemesh.spacing.expression import Expression, checked_parameters, constant
+from bubblemesh.spacing.expression import Expression, checked_parameters, constant, together
 
 X = np.array([-1.5, -0.25, 0.0, 0.5, 2.0])
 Y = np.array([0.75, -2.0, 1.0, 0.5, -0.125])
@@ -359,3 +359,32 @@ def test_parameters_are_checked_once_for_all_expressions(monkeypatch):
     assert values == [1.0, 3.0, 5.0]
     assert constant("a + b", parameters) == 3.0
     assert checked == ["a", "b"]
+
+
+def test_equal_parts_are_evaluated_once_and_constant_ones_are_known():
+    measured = []
+
+    class Measured:
+        costly = True
+
+        def __call__(self, points):
+            measured.append(len(points))
+            return points[:, 0]
+
+    text = 'distance("a")**2 + 0.5*distance("a") + sin(2*pi*x)*sin(2*pi*x)'
+    x = np.linspace(0, 1, 7)
+    one = Expression.parse(text, distance_to=lambda labels: Measured())
+    np.testing.assert_array_equal(one(x, x), x**2 + 0.5 * x + np.sin(2 * np.pi * x) * np.sin(2 * np.pi * x))
+    assert measured == [7]
+    assert Expression.parse("2*a + hypot(3, 4)", {"a": 0.5}).is_uniform
+    assert not Expression.parse("2*a + 0*x", {"a": 0.5}).is_uniform
+    assert not one.is_uniform
+
+
+def test_what_is_evaluated_together_is_the_same_as_alone():
+    texts = "atan2(y, x) + 1", "x if atan2(y, x) > 0.5 else y", "3", "x", "min(hypot(x, y), atan2(y, x), 0.7)"
+    expressions = [Expression.parse(text) for text in texts]
+    x, y = np.random.default_rng(0).random((2, 9))
+    for found, one in zip(together(expressions)(x, y), expressions, strict=True):
+        np.testing.assert_array_equal(found, one(x, y))
+        assert found is not x

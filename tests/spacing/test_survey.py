@@ -9,14 +9,17 @@ from bubblemesh.geometry.paths import Area
 from bubblemesh.geometry.rings import LineTo, circle, open_path, rectangle
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.spacing.cover import Cover
+from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.integrals import Intervals, Triangles, mean_inverse, mean_inverse_square
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes, surveyed
+from bubblemesh.spacing.terms.proximity import Proximity
 
 ENOUGH = 10**6
 SQUARE = Domain.of(rectangle(-1, -1, 1, 1))
 LARGE_SQUARE = Domain.of(rectangle(-3, -3, 3, 3))
 PERFORATED = Domain.of(rectangle(-1, -1, 1, 1), [circle((0, 0), 0.4)])
+CONSTANT = Spacing(Expression.parse("0.1", {}))
 
 
 def uniform(d):
@@ -38,9 +41,35 @@ def test_ideal_nodes_of_a_uniform_square(d):
 
 
 @pytest.mark.parametrize("domain", [SQUARE, PERFORATED])
+def test_a_constant_is_surveyed_without_a_look_at_the_domain(domain):
+    found, other = (surveyed(domain, spacing, ENOUGH) for spacing in (CONSTANT, uniform(0.1)))
+    assert found.ideal_nodes == pytest.approx(other.ideal_nodes, rel=1e-12)
+    assert found.extremes == other.extremes
+    assert "_in_area" not in vars(found.cover)
+
+
+@pytest.mark.parametrize("tiny", ["1e-3", "1e-200", "1e-320"])
+def test_a_constant_that_is_too_small_needs_too_many_nodes(tiny):
+    with pytest.raises(LimitError, match=r"needs .* more than the limit"):
+        surveyed(SQUARE, Spacing(Expression.parse(tiny, {})), 1000)
+
+
+def test_what_a_spacing_grows_from_is_its_minimum_without_a_search():
+    calls = []
+
+    def distance(points):
+        calls.append(len(points))
+        return np.abs(np.hypot(*points.T) - 0.4) + 1e-12  # with the rounding error of a curve's distance
+
+    found = surveyed(PERFORATED, Spacing(Proximity(distance, 0.05)), ENOUGH)
+    assert found.extremes.minimum == pytest.approx(0.05)
+    assert len(calls) < 20
+
+
+@pytest.mark.parametrize("domain", [SQUARE, PERFORATED])
 def test_divided_parts_have_the_spacing_at_their_ends_to_the_last_bit(domain):
     spacing = Spacing(lambda x, y: 0.02 + 0.1 * np.hypot(x - 0.1, y))
-    cover = Cover.of(domain)
+    cover = Cover(domain)
     triangles, intervals = Triangles.of(cover, spacing), Intervals.of(cover, spacing, domain.boundary)
     area = np.abs(doubled_areas(cover.corners)).sum()
     length = np.diff(cover.intervals[:, 1:]).sum()

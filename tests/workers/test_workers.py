@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import json
 import os
 import signal
 import subprocess
@@ -66,8 +67,71 @@ def test_processes_load_what_they_will_call_before_they_are_asked_to():
     loaded = "'bubblemesh.parts.packing' in __import__('sys').modules"
     with local_workers(1) as workers:
         assert not workers.submit(eval, loaded).result()
-    with crew_of(lambda jobs: local_workers(1), print, ahead="bubblemesh.parts.packing") as crew:
+    with crew_of(lambda jobs, ahead: local_workers(1, ahead), print, ahead="bubblemesh.parts.packing") as crew:
         assert list(crew(eval, [Job("", (loaded,))])) == [(0, True)]
+
+
+COPIES = """
+import json, os, signal, sys, threading, time
+from bubblemesh.workers.local import local_workers
+from bubblemesh.workers.workers import WorkerDied
+
+ahead = "bubblemesh.parts.packing"
+opened = "sorted(int(name) for name in __import__('os').listdir('/proc/self/fd'))"
+threads = threading.Event()
+if sys.argv[1] == "threads":
+    threading.Thread(target=threads.wait).start()
+told = {}
+with local_workers(2, ahead) as crew:
+    kinds = lambda: sorted(type(process).__name__ for process in crew.processes)
+    told["kinds"], told["loaded"] = kinds(), ahead in sys.modules
+    calls = [crew.submit(time.sleep, 0.3), crew.submit(eval, f"{ahead!r} in __import__('sys').modules")]
+    told["ready"] = calls[1].result()
+    told["opened"] = crew.submit(eval, opened).result()
+    told["threads"] = crew.submit(os.getenv, "OMP_NUM_THREADS").result(), os.getenv("OMP_NUM_THREADS")
+    told["printed"] = crew.submit(print, "no answer").result()
+    told["interrupted"] = crew.submit(signal.raise_signal, signal.SIGINT).result()
+    pids = [process.pid for process in crew.processes]
+    died = []
+    for end in ((os._exit, 3), (signal.raise_signal, signal.SIGTERM)):
+        try:
+            crew.submit(*end).result()
+        except WorkerDied as error:
+            died.append(error.args[1])
+    told["died"], told["then"] = died, kinds()
+    told["answers"] = [crew.submit(abs, -number).result() for number in range(4)]
+    pids += [process.pid for process in crew.processes]
+threads.set()
+told["left"] = [pid for pid in pids if os.path.exists(f"/proc/{pid}")]
+print(json.dumps(told))
+"""
+
+
+@pytest.mark.skipif(not resources.TASKS.exists(), reason="threads are counted by /proc")
+@pytest.mark.parametrize(
+    ("threads", "kind"),
+    [("none", "WorkerCopy"), pytest.param("threads", "WorkerProcess", marks=pytest.mark.long)],
+)
+def test_processes_are_copies_of_one_that_has_loaded_what_they_will_call_unless_it_has_threads(threads, kind):
+    copied = kind == "WorkerCopy"
+    alone = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "3"}
+    done = subprocess.run(
+        [sys.executable, "-c", COPIES, threads], env=alone, capture_output=True, text=True, check=True
+    )
+    told = json.loads(done.stdout)
+    assert (told["kinds"], told["loaded"]) == ([kind] * 2, copied)
+    assert told["ready"] or not copied  # others load it one after the other
+    assert len(told["opened"]) == 6  # the standard streams, two pipes and what lists them
+    assert told["threads"] == ["1", "3"]
+    assert told["printed"] is told["interrupted"] is None
+    assert told["died"] == [
+        "its worker process ended with code 3",
+        f"its worker process ended by signal {signal.SIGTERM:d} ({signal.strsignal(signal.SIGTERM)})",
+    ]
+    assert told["then"].count("WorkerProcess") >= 1
+    assert told["answers"] == [0, 1, 2, 3]
+    assert told["left"] == []
+    assert done.stderr == ""
 
 
 def test_each_process_computes_with_one_thread(crew):
@@ -181,7 +245,7 @@ def test_the_cores_that_a_container_allows_are_counted(quota, cores, tmp_path, m
 @pytest.mark.parametrize(("jobs", "cases", "expected"), [(None, 9, 3), (2, 9, 2), (5, 2, 2), (None, 1, 1)])
 def test_there_are_no_more_processes_than_cores_jobs_or_cases(jobs, cases, expected, monkeypatch):
     monkeypatch.setattr("bubblemesh.workers.hire.available_cores", lambda: 3)
-    monkeypatch.setattr("bubblemesh.workers.hire.local_workers", lambda count: count)
+    monkeypatch.setattr("bubblemesh.workers.hire.local_workers", lambda count, ahead: count)
     assert workers_at(jobs, None)(cases) == expected
 
 

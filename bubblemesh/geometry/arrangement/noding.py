@@ -24,6 +24,8 @@ from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.messages import two_places
 
+NO_CUTS = CutPoints(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2)))
+
 
 def noded(boundary: Boundary, size: float, fixed: int, parts: InnerParts) -> Boundary:
     """The boundary with corners wherever an inner piece meets another piece; tolerances are parts of the domain's size.
@@ -32,8 +34,7 @@ def noded(boundary: Boundary, size: float, fixed: int, parts: InnerParts) -> Bou
     of the case that gives it, if a vertex is next to a line or to another vertex, or a curve next to another one, but
     not on it.
     """
-    none = np.zeros(0, np.int64)
-    boundary = with_cuts(boundary, CutPoints(none, np.zeros(0), np.zeros((0, 2))), size, fixed)
+    boundary = with_cuts(boundary, NO_CUTS, size, fixed)
     boundary = with_cuts(boundary, _meetings(boundary, size, parts), size, fixed)
     chords = chord_boxes(boundary, size)
     boundary = with_cuts(boundary, _corners_on_pieces(boundary, chords, size, fixed, parts), size, fixed)
@@ -44,6 +45,8 @@ def noded(boundary: Boundary, size: float, fixed: int, parts: InnerParts) -> Bou
 def _meetings(boundary: Boundary, size: float, parts: InnerParts) -> CutPoints:
     """Cuts where inner pieces cross or touch other pieces or themselves, apart from their ends."""
     pairs = near_chords(boundary, chord_boxes(boundary, size))
+    if len(pairs.p) == 0:
+        return NO_CUTS
     same = coincident(boundary, pairs, size)
     along, pairs = select(pairs, same), select(pairs, ~same)
     cuts = openings(boundary, along), crossings(boundary, pairs, size), touches(boundary, pairs, size, parts)

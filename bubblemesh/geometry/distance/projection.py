@@ -166,13 +166,16 @@ class Projection:
         """
         s, moving = s.copy(), np.arange(len(s))  # most come to rest before the last step
         for _ in range(STEPS):
+            if len(moving) == 0:
+                break
             mine, before = piece[moving], s[moving]
-            here, (tx, ty) = self.boundary.points(mine, before), self.boundary.tangents(mine, before).T
-            rx, ry = (points[moving] - here).T
+            tracks = self.boundary.tracks(mine)
+            here, tangents = tracks.places(before)
+            (rx, ry), (tx, ty) = (points[moving] - here).T, tangents.T
             slope = 1 - curvature[moving] * (tx * ry - ty * rx)
             step = (rx * tx + ry * ty) / np.maximum(slope, bulges.LEAST_SLOPE)
-            s[moving] = self.boundary.wrapped(mine, before + step)
-            moving = moving[np.abs(s[moving] - before) > REST * self.boundary.lengths[mine]]
+            s[moving] = tracks.wrapped(before + step)
+            moving = moving[np.abs(s[moving] - before) > REST * tracks.length]
         return s
 
 

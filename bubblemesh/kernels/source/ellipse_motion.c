@@ -39,6 +39,15 @@ void leave_moving_room(Room *room)
     free(room->marked);
 }
 
+/* Whether triangles have smaller areas (t,) than they are to keep of those before; 1 if any has. */
+SIDE_BY_SIDE static int any_smaller(int64_t t, const double *next, const double *area, double keep)
+{
+    int64_t k, found = 0;
+    for (k = 0; k < t; k++)
+        found |= next[k] < keep * area[k];
+    return found != 0;
+}
+
 /* Doubled areas (t,) of triangles (t, 3) with nodes at x (n, 2). */
 static void find_areas(int64_t t, const int64_t *triangles, const double *x, double *area)
 {
@@ -56,23 +65,22 @@ static void move_by_areas(int64_t n, int64_t t, const int64_t *triangles, double
     for (k = 0; k < n; k++)
         share[k] = 1;
     for (tries = 0; tries < MOST_TRIES; tries++) {
-        int bad = 0;
         for (k = 0; k < n; k++) {
             places[2 * k] = x[2 * k] + share[k] * move[2 * k];
             places[2 * k + 1] = x[2 * k + 1] + share[k] * move[2 * k + 1];
         }
         find_areas(t, triangles, places, next);
-        memset(room->marked, 0, (size_t)n);
-        for (k = 0; k < t; k++)
-            if (next[k] < keep * area[k])
-                for (bad = 1, j = 0; j < 3; j++)
-                    room->marked[triangles[3 * k + j]] = 1;
-        if (!bad) {
+        if (!any_smaller(t, next, area, keep)) {
             memcpy(x, places, (size_t)(2 * n) * sizeof *x);
             room->area = next;
             room->next = area;
             return;
         }
+        memset(room->marked, 0, (size_t)n);
+        for (k = 0; k < t; k++)
+            if (next[k] < keep * area[k])
+                for (j = 0; j < 3; j++)
+                    room->marked[triangles[3 * k + j]] = 1;
         for (k = 0; k < n; k++)
             if (room->marked[k])
                 share[k] = tries < HALVINGS ? share[k] / 2 : 0;

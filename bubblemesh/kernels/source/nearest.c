@@ -93,17 +93,23 @@ KERNEL int64_t nearest_chords(int64_t n, const double *places, int64_t count, in
     for (k = 0; k < n; k++) {
         double x = places[2 * k], y = places[2 * k + 1];
         Found found = {INFINITY, INT64_MAX};
-        int64_t stack[DEPTH], depth = 0, node, up, best = last;
+        int64_t stack[DEPTH], depth = 0, up, best = last;
+        double away[DEPTH]; /* squared distances of the boxes on the stack */
         look_at(&runs, last, x, y, squared, &found); /* places mostly lie near to the one before */
         for (up = leaves + last; up > 1; up /= 2) {  /* so the search goes up from there, to what is beside */
+            away[depth] = from_box(boxes + 4 * (up ^ 1), x, y);
             stack[depth++] = up ^ 1;
             while (depth > 0) {
-                node = stack[--depth];
-                if (from_box(boxes + 4 * node, x, y) > found.squared * slack)
+                int64_t node = stack[--depth];
+                if (away[depth] > found.squared * slack)
                     continue;
-                if (node < leaves) {
-                    stack[depth++] = 2 * node + 1;
-                    stack[depth++] = 2 * node;
+                if (node < leaves) { /* the nearer branch comes first, so that more of the other one is left out */
+                    double one = from_box(boxes + 8 * node, x, y), other = from_box(boxes + 8 * node + 4, x, y);
+                    int nearer = other < one;
+                    away[depth] = nearer ? one : other;
+                    stack[depth++] = 2 * node + !nearer;
+                    away[depth] = nearer ? other : one;
+                    stack[depth++] = 2 * node + nearer;
                 } else if (node - leaves < count) {
                     int64_t run = node - leaves, before = found.chord;
                     if (from_rectangle(rectangles + 6 * run, x, y) <= found.squared * slack)

@@ -1,5 +1,6 @@
 /* Patches of a net around some of its triangles; see patches.py. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "kernels.h"
 
@@ -92,4 +93,22 @@ end:
     free(rings.known);
     free(taken);
     return status;
+}
+
+/* Makes of the values (n,) of nodes with edges (m, 2) the least ones at most so many edges away. */
+KERNEL int64_t least_around(int64_t n, int64_t m, const int64_t *edges, int64_t rings, int64_t *values)
+{
+    int64_t *before = malloc((size_t)(n + 1) * sizeof *before), k;
+    if (!before)
+        return NO_MEMORY;
+    for (; rings > 0; rings--) {
+        memcpy(before, values, (size_t)n * sizeof *values);
+        for (k = 0; k < m; k++) {
+            int64_t i = edges[2 * k], j = edges[2 * k + 1];
+            values[i] = before[j] < values[i] ? before[j] : values[i];
+            values[j] = before[i] < values[j] ? before[i] : values[j];
+        }
+    }
+    free(before);
+    return DONE;
 }

@@ -152,7 +152,7 @@ def periodic_entities(mesh: Mesh) -> list[Matching]:
     found = []
     for sides in mesh.periodic_sides:
         affine = np.eye(4)
-        affine[:2, 3] = sides.shift
+        affine[:2, [0, 1, 3]] = sides.motion
         found.append((1, (sides.second + 1, sides.first + 1), affine.ravel(), sides.nodes[:, ::-1]))
     return found
 

@@ -52,7 +52,14 @@ class EllipseRelaxation:
 class NoEllipseAnnealing(NoCycles):
     """No annealing."""
 
-    def __call__(self, *given: object) -> Annealed:
+    def __call__(
+        self,
+        ellipses: EllipseNet,
+        spacing: MetricSpacing,
+        relaxation: EllipseRelaxation,
+        relaxing: Relaxing,
+        random: np.random.Generator,
+    ) -> Annealed:
         """Nothing: there are no cycles."""
         return iter(())
 
@@ -76,13 +83,13 @@ class EllipseAnnealing(AnnealingCycles):
         """The ellipses after some cycles, each a displacement and a relaxation, until all are done."""
         total, seed = self.cycles(len(ellipses.tensors)), int(random.integers(SEEDS))
         inside = self.amplitude * (1 - np.arange(total) / total)
-        calm, known = spacing.shares(ellipses.known) <= SPARED, ellipses.known
+        calm, known = spacing.shares(ellipses.known, ellipses.tensors) <= SPARED, ellipses.known
         for done in range(0, total, LOOK_AFTER):
             some = inside[done : done + LOOK_AFTER]
             ellipses = ellipses.moved(ellipses.net.bubbles.x, spacing)
             fresh = (ellipses.known != known).any(axis=1)
             known = ellipses.known
-            calm[fresh] = spacing.shares(known[fresh]) <= SPARED
+            calm[fresh] = spacing.shares(known[fresh], ellipses.tensors[fresh]) <= SPARED
             cycles = Cycles(seed, done, some, self.amplitude_at_boundary * some, calm)
             ellipses = _through(ellipses, relaxation, relaxing, cycles)
             if done + len(some) == total:

@@ -66,11 +66,13 @@ class NoEllipseMending:
 
     attempts: ClassVar[int] = 0
 
-    def fewer(self, ellipses: EllipseNet, *given: object) -> EllipseNet:
+    def fewer(self, ellipses: EllipseNet, spacing: MetricSpacing, smoothing: AnyEllipseSmoothing) -> EllipseNet:
         """The ellipses as they are."""
         return ellipses
 
-    def tried(self, *given: object) -> Iterator[Tried]:
+    def tried(
+        self, ellipses: EllipseNet, spacing: MetricSpacing, smoothing: AnyEllipseSmoothing, random: np.random.Generator
+    ) -> Iterator[Tried]:
         """Nothing: there are no attempts."""
         return iter(())
 

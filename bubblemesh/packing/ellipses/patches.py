@@ -5,6 +5,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows
+from bubblemesh.kernels.patches import least_around
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.splicing import removed, with_middles
 
@@ -17,6 +18,7 @@ class PatchNet(NamedTuple):
 
     nodes: Integers  # (n,): numbers of the bubbles in the net, -1 for new ones
     x: Floats  # (n, 2)
+    tensors: Floats  # (n, 3): of the metric at each, but at those that have moved since
     free: Booleans  # (n,): bubbles that may move
     patch: Integers  # (n,): the patch that each is in
     triangles: Integers  # (t, 3)
@@ -40,6 +42,7 @@ class PatchNet(NamedTuple):
         return self._replace(
             nodes=np.append(self.nodes, np.full(k, -1)),
             x=np.concatenate([self.x, self.x[halved].mean(axis=1)]),
+            tensors=np.concatenate([self.tensors, self.tensors[halved].mean(axis=1)]),
             free=np.append(self.free & ~done, np.ones(k, bool)),
             patch=np.append(self.patch, self.patch[halved[:, 0]]),
             triangles=split,
@@ -52,6 +55,7 @@ class PatchNet(NamedTuple):
         return type(self)(
             nodes=self.nodes[kept],
             x=self.x[kept],
+            tensors=self.tensors[kept],
             free=self.free[kept],
             patch=self.patch[kept],
             triangles=number[self.triangles[chosen[self.owner]]],
@@ -60,9 +64,11 @@ class PatchNet(NamedTuple):
 
 
 def patches_around(
-    candidates: Integers, net: Net, x: Floats, triangles: Integers, edges: Integers
+    candidates: Integers, net: Net, x: Floats, tensors: Floats, triangles: Integers, edges: Integers
 ) -> tuple[Integers, Booleans, PatchNet]:
-    """Patches of x (n, 2), triangles (t, 3) and edges (m, 2) with the boundary of a net, around candidates (c,).
+    """Patches of triangles (t, 3) and edges (m, 2) with the boundary of a net, around candidates (c,).
+
+    Their bubbles are at x (n, 2), with tensors (n, 3).
 
     Returns
     -------
@@ -80,29 +86,20 @@ def patches_around(
         # 1. Those are chosen that come before all others near to them.
         rank, first = np.arange(len(left)), np.full(n, none)
         np.minimum.at(first, triangles[left], rank[:, None])
-        near = _least_around(edges, first, 2 * RINGS + 1)
+        near = least_around(edges, first, 2 * RINGS + 1)
         chosen = np.append(chosen, left[all_of_rows(near[triangles[left]] == rank[:, None])])
         # 2. What is near to those is left no longer.
         patch[triangles[chosen]] = np.arange(len(chosen))[:, None]
-        apart = _least_around(edges, patch, 2 * RINGS + 1) == none
+        apart = least_around(edges, patch, 2 * RINGS + 1) == none
         left = left[all_of_rows(apart[triangles[left]])]
         if len(left) == 0:
             break
-    inner = _least_around(edges, patch, RINGS - 1)
-    patch = _least_around(edges, inner, 1)
+    inner = least_around(edges, patch, RINGS - 1)
+    patch = least_around(edges, inner, 1)
     within, known = all_of_rows(patch[triangles] < none), np.zeros(n, bool)
     known[triangles[within]] = True
     nodes, number = np.flatnonzero(known), np.cumsum(known) - 1
     facets = net.facets[all_of_rows(known[net.facets])]
     free = (inner[nodes] < none) & (nodes >= net.bubbles.boundary_count)
-    return chosen, within, PatchNet(nodes, x[nodes], free, patch[nodes], number[triangles[within]], number[facets])
-
-
-def _least_around(edges: Integers, values: Integers, rings: int) -> Integers:
-    """The least of the values (n,) at most so many edges away from each node."""
-    (i, j), result = edges.T, values
-    for _ in range(rings):
-        before, result = result, result.copy()
-        np.minimum.at(result, i, before[j])
-        np.minimum.at(result, j, before[i])
-    return result
+    found = nodes, x[nodes], tensors[nodes], free, patch[nodes], number[triangles[within]], number[facets]
+    return chosen, within, PatchNet(*found)

@@ -6,6 +6,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.kernels.tensors import mapped, roots
+from bubblemesh.meshes.edges import numbered_edges
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.meshes.tensors import determinants
 from bubblemesh.packing.ellipses.net import EllipseNet, flipped_net
@@ -113,10 +114,9 @@ def _lacking(ellipses: EllipseNet, spacing: MetricSpacing) -> Lack:
     )
     # Areas by the cubature that is exact for densities of the third degree; at seven places a layer is seldom missed.
     at_nodes = np.sqrt(determinants(ellipses.tensors))[triangles].sum(axis=1)
-    corners = x[triangles]
-    middles = (corners + np.roll(corners, -1, axis=1)) / 2
-    inside = 1 / spacing.extended(np.concatenate([corners.mean(axis=1), *np.swapaxes(middles, 0, 1)])) ** 2
-    at_center, at_middles = inside[: len(triangles)], inside[len(triangles) :].reshape(3, -1).sum(axis=0)
+    edges, sides = numbered_edges(triangles)
+    inside = 1 / spacing.extended(np.concatenate([x[triangles].mean(axis=1), x[edges].mean(axis=1)])) ** 2
+    at_center, at_middles = inside[: len(triangles)], inside[len(triangles) :][sides].sum(axis=1)
     density = (27 * at_center + 8 * at_middles + 3 * at_nodes) / 60
     areas = density * np.abs(doubled_areas(x[triangles])) / 2
     own = np.bincount(triangles.ravel(), np.repeat((areas / AREA_OF_TRIANGLE - 1) / 6, 3), n)

@@ -10,10 +10,11 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.ellipse_motion import moved
+from bubblemesh.kernels.ellipse_shapes import Shaped, shape_measures
 from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, costs_in
-from bubblemesh.kernels.shapes import eta
+from bubblemesh.kernels.library import library
 from bubblemesh.kernels.tensors import mapped, roots, unmapped
-from bubblemesh.meshes.edges import SideTable, edge_keys
+from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.tensors import area_sizes
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.ellipses.net import EllipseNet
@@ -24,8 +25,6 @@ from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_PASSES = 10  # of flips
-GAIN = 1e-6  # relative, of a shape measure, for which an edge is flipped
-GOOD = 1.1  # shape measure: an edge between two triangles that are as good is not flipped; of half squares it is 1.15
 PERFECT = 0.5  # cost of a perfect triangle
 STEP = 0.1  # length of the differences by which it is known how the metric changes
 
@@ -38,7 +37,7 @@ class NoEllipseSmoothing:
     shape_steps: ClassVar[int] = 0
     spacing_weight: ClassVar[float] = 0.0
 
-    def __call__(self, ellipses: EllipseNet, *given: object) -> EllipseNet:
+    def __call__(self, ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, free: float = 1.0) -> EllipseNet:
         """The ellipses as they are."""
         return ellipses
 
@@ -55,15 +54,17 @@ class EllipseSmoothing(SmoothingPasses):
         little of a triangle, or makes boundary edges cross, the boundary stays as it is. Lengths of edges from 1 / free
         to ``free`` are as good as any.
         """
-        requested = spacing.unstraightened
-        net = with_better_shapes(ellipses.net, requested)
-        bubbles, triangles = net.bubbles, net.triangles
-        inside, own = metrics_around(bubbles.x, triangles, requested)
-        axes, moving = own.axes, ellipses.interior
+        requested, bubbles, moving = spacing.unstraightened, ellipses.net.bubbles, ellipses.interior
+        inside_roots, own_roots = roots_around(bubbles.x, ellipses.net.triangles, requested)
+        net, inside_roots = _with_better_shapes(ellipses.net, requested, inside_roots)
+        triangles = net.triangles
+        moving[bubbles.sliding] = True
+        inside, own = metrics_around(bubbles.x, triangles, inside_roots, own_roots, moving, requested)
+        axes = own.axes
         axes[bubbles.sliding] = _along(Sliding(domain.boundary, bubbles).tangents, own.roots[bubbles.sliding])
         for held in (domain.tied[bubbles.piece], np.ones(len(bubbles.piece), bool)):
             moving[bubbles.sliding] = ~held
-            there = smoothed_places(bubbles.x, triangles, net.edges, moving, inside, own, axes, self, free)
+            there = smoothed_places(bubbles.x, triangles, moving, inside, own, axes, self, free)
             sliding, x = Sliding(domain.boundary, bubbles), there.copy()
             sliding.follow(x)
             tensors = spacing.at(x)
@@ -88,15 +89,28 @@ def _stand(x: Floats, others: Floats, triangles: Integers) -> bool:
     return bool((shares == 1).all())
 
 
-def metrics_around(x: Floats, triangles: Integers, spacing: MetricSpacing) -> tuple[Metrics, Metrics]:
-    """Metrics inside triangles (t, 3), and around their nodes x (n, 2)."""
-    return _split(metrics_at(_centroids_and(x, triangles), spacing), len(triangles))
+def metrics_around(
+    x: Floats,
+    triangles: Integers,
+    inside: Floats,
+    own: Floats,
+    moving: Booleans,
+    spacing: MetricSpacing,
+) -> tuple[Metrics, Metrics]:
+    """Metrics inside triangles (t, 3), and around their nodes x (n, 2), by their roots there, (t, 3) and (n, 3).
+
+    Around nodes that are not moving (n,) the changes of the metric are left out.
+    """
+    places, root = _centroids_and(x, triangles), np.concatenate([inside, own])
+    changing = np.flatnonzero(np.append(np.ones(len(triangles), bool), moving))
+    slopes = np.zeros((len(places), 6))
+    slopes[changing] = changes_at(places[changing], root[changing], spacing)
+    return _split(Metrics(places, root, slopes), len(triangles))
 
 
 def smoothed_places(
     x: Floats,
     triangles: Integers,
-    edges: Integers,
     moving: Booleans,
     inside: Metrics,
     own: Metrics,
@@ -108,7 +122,8 @@ def smoothed_places(
 
     The metrics are those `metrics_around` the nodes; lengths of edges from 1 / free to ``free`` are as good as any.
     """
-    newton = Newton(triangles, inside, own, axes, _groups(moving, edges), side_weight(smoothing), free)
+    groups = independent_groups(moving, triangles)
+    newton = Newton(triangles, inside, own, axes, groups, side_weight(smoothing), free)
     return newton.moved(x, smoothing.shape_steps)
 
 
@@ -117,25 +132,30 @@ def side_weight(smoothing: AnyEllipseSmoothing) -> float:
     return smoothing.spacing_weight / 8
 
 
-def metrics_at(places: Floats, spacing: MetricSpacing) -> Metrics:
-    """Metrics around places (k, 2), with their changes by differences."""
-    root = roots(spacing.at(places))
+def changes_at(places: Floats, root: Floats, spacing: MetricSpacing) -> Floats:
+    """Changes (k, 6) of the metric, by differences, at places (k, 2) where it has roots (k, 3): those of `Metrics`."""
     steps = [unmapped(root, np.broadcast_to(STEP * axis, places.shape)) for axis in np.eye(2)]
     beside = roots(spacing.at(np.concatenate([places + step for step in steps])))
     ahead, over = np.split(beside, 2)
-    return Metrics(places, root, np.column_stack([ahead - root, over - root]) / STEP)
+    return np.column_stack([ahead - root, over - root]) / STEP
 
 
 def costs(x: Floats, triangles: Integers, spacing: MetricSpacing, smoothing: AnyEllipseSmoothing) -> Floats:
     """Costs (t,) of the triangles (t, 3) of nodes x (n, 2) beyond perfect ones, in the sum that smoothing lessens."""
-    requested = spacing.unstraightened
-    inside, own = _split(steady_metrics(_centroids_and(x, triangles), requested), len(triangles))
-    return costs_in(x, triangles, inside, own, side_weight(smoothing)) - PERFECT
+    return costs_by(x, triangles, *roots_around(x, triangles, spacing.unstraightened), smoothing)
 
 
-def steady_metrics(places: Floats, spacing: MetricSpacing) -> Metrics:
-    """Metrics at places (k, 2), without their changes."""
-    return Metrics(places, roots(spacing.at(places)), np.zeros((len(places), 6)))
+def costs_by(x: Floats, triangles: Integers, inside: Floats, own: Floats, smoothing: AnyEllipseSmoothing) -> Floats:
+    """The same as `costs`, by roots of the metric inside triangles (t, 3) and at nodes (n, 3)."""
+    places, root = _centroids_and(x, triangles), np.concatenate([inside, own])
+    steady = _split(Metrics(places, root, np.zeros((len(places), 6))), len(triangles))
+    return costs_in(x, triangles, *steady, side_weight(smoothing)) - PERFECT
+
+
+def roots_around(x: Floats, triangles: Integers, spacing: MetricSpacing) -> tuple[Floats, Floats]:
+    """Roots of the metric at the centroids of triangles (t, 3), and at their nodes x (n, 2)."""
+    root = roots(spacing.at(_centroids_and(x, triangles)))
+    return root[: len(triangles)], root[len(triangles) :]
 
 
 def _centroids_and(x: Floats, triangles: Integers) -> Floats:
@@ -148,59 +168,60 @@ def _split(metrics: Metrics, count: int) -> tuple[Metrics, Metrics]:
     return Metrics(*(part[:count] for part in metrics)), Metrics(*(part[count:] for part in metrics))
 
 
-def _groups(free: Booleans, edges: Integers) -> list[Integers]:
-    """Groups (k,) of the free nodes (n,), no two of which are neighbours."""
-    left, rank, groups = free, np.arange(len(free)), list[Integers]()
+def independent_groups(chosen: Booleans, triangles: Integers) -> list[Integers]:
+    """Groups (k,) of the chosen nodes (n,) of triangles (t, 3), no two of which are neighbours.
+
+    Each node, in the order of their numbers, is in the first group in which none of its neighbours is.
+    """
+    compiled = library()
+    if compiled is None:
+        return independent_groups_in_numpy(chosen, triangles)
+    groups = np.empty(len(chosen), np.int64)
+    compiled.call("first_groups", n=len(chosen), t=len(triangles), triangles=triangles, chosen=chosen, groups=groups)
+    return [np.flatnonzero(groups == number) for number in range(groups.max(initial=-1) + 1)]
+
+
+def independent_groups_in_numpy(chosen: Booleans, triangles: Integers) -> list[Integers]:
+    """The same as `independent_groups`, in NumPy."""
+    left, rank, edges, groups = chosen, np.arange(len(chosen)), unique_edges(triangles)[0], list[Integers]()
     while left.any():
-        chosen = maximal_independent_set(left, edges, rank)
-        groups.append(np.flatnonzero(chosen))
-        left = left & ~chosen
+        found = maximal_independent_set(left, edges, rank)
+        groups.append(np.flatnonzero(found))
+        left = left & ~found
     return groups
-
-
-def shape_measures(x: Floats, triangles: Integers, spacing: MetricSpacing) -> Floats:
-    """Shape measure `eta` (t,) of triangles (t, 3) of nodes x (n, 2) in the metric at their centroids."""
-    corners = x[triangles]
-    root = np.repeat(roots(spacing.at(corners.mean(axis=1))), 3, axis=0)
-    return eta(mapped(root, corners.reshape(-1, 2)), np.arange(3 * len(triangles)).reshape(-1, 3))
 
 
 def with_better_shapes(net: Net, spacing: MetricSpacing) -> Net:
     """The net after flips of edges, but facets, that lessen the larger shape measure of the two triangles there."""
-    triangles, edges = better_shapes(net.bubbles.x, net.triangles, net.facets, spacing)
-    return Net(net.bubbles, net.facets, net.facet_piece, net.two_sided, triangles, edges)
+    return _with_better_shapes(net, spacing, roots_inside(net.bubbles.x, net.triangles, spacing))[0]
+
+
+def _with_better_shapes(net: Net, spacing: MetricSpacing, inside: Floats) -> tuple[Net, Floats]:
+    """The net after such flips, and roots (t, 3) of the metric at the centroids, of which those before are given."""
+    triangles, inside = better_shapes(net.bubbles.x, net.triangles, net.facets, spacing, inside)
+    edges, _ = unique_edges(triangles)
+    return Net(net.bubbles, net.facets, net.facet_piece, net.two_sided, triangles, edges), inside
+
+
+def roots_inside(x: Floats, triangles: Integers, spacing: MetricSpacing) -> Floats:
+    """Roots (t, 3) of the metric at the centroids of triangles (t, 3) of nodes x (n, 2)."""
+    return roots(spacing.at(x[triangles].mean(axis=1)))
 
 
 def better_shapes(
-    x: Floats, triangles: Integers, facets: Integers, spacing: MetricSpacing
-) -> tuple[Integers, Integers]:
-    """Triangles (t, 3) of nodes x (n, 2) after such flips, but of facets (f, 2), and their edges (m, 2)."""
-    triangles, n, t = triangles.copy(), len(x), len(triangles)
-    held = np.concatenate([edge_keys(facets, n), edge_keys(facets[:, ::-1], n)])
-    measures, fresh = shape_measures(x, triangles, spacing), np.ones(t, bool)
+    x: Floats, triangles: Integers, facets: Integers, spacing: MetricSpacing, inside: Floats
+) -> tuple[Integers, Floats]:
+    """Triangles (t, 3) of nodes x (n, 2) after such flips, but of facets (f, 2), and roots (t, 3) of the metric.
+
+    The roots are those at the centroids; before the flips they are the given ones.
+    """
+    shaped = Shaped(triangles.copy(), shape_measures(x, triangles, inside), inside.copy())
+    fresh = np.ones(len(triangles), bool)
     for _ in range(MOST_PASSES):
-        # 1. What both triangles of each edge would be after its flip, if that is not known to be no better.
-        table = SideTable.of(triangles, n)
-        other = table.opposite()
-        fresh_sides, poor = np.tile(fresh, 3), np.tile(measures > GOOD, 3)
-        looked_at = (fresh_sides | fresh_sides[other]) & (poor | poor[other])
-        side = np.flatnonzero((other > np.arange(3 * t)) & looked_at)
-        side = side[~np.isin(edge_keys(table.sides[side], n), held)]
-        (one, k), (two, k2) = table.owner(side), table.owner(other[side])
-        (a, b), c, e = table.sides[side].T, triangles[one, (k + 2) % 3], triangles[two, (k2 + 2) % 3]
-        turned = np.stack([np.column_stack([a, e, c]), np.column_stack([e, b, c])])
-        after = shape_measures(x, turned.reshape(-1, 3), spacing).reshape(2, -1)
-        # 2. Those that gain most are flipped, none of which share a triangle.
-        gain = 1 - after.max(axis=0) / np.maximum(measures[one], measures[two])
-        better = np.flatnonzero(gain > GAIN)
-        better = better[np.argsort(-gain[better], kind="stable")]
-        rank, first = np.arange(len(better)), np.full(t, len(better))
-        for owner in (one, two):
-            np.minimum.at(first, owner[better], rank)
-        chosen = better[(first[one[better]] == rank) & (first[two[better]] == rank)]
-        if len(chosen) == 0:
+        flips = shaped.flips(len(x), facets, fresh)
+        turned = flips.turned.reshape(-1, 3)
+        there = roots_inside(x, turned, spacing)
+        fresh = shaped.flip(flips, shape_measures(x, turned, there), there)
+        if not fresh.any():
             break
-        fresh = first < len(better)
-        for owner, which in ((one, 0), (two, 1)):
-            triangles[owner[chosen]], measures[owner[chosen]] = turned[which, chosen], after[which, chosen]
-    return triangles, table.sides[(other < 0) | (other > np.arange(3 * t))]
+    return shaped.triangles, shaped.inside

@@ -18,7 +18,7 @@ from bubblemesh.packing.ellipses.population import AREA_OF_TRIANGLE
 from bubblemesh.packing.ellipses.smoothing import (
     AnyEllipseSmoothing,
     better_shapes,
-    costs,
+    costs_by,
     metrics_around,
     side_weight,
     smoothed_places,
@@ -79,21 +79,22 @@ class Trials:
     def attempt(self, state: Tried, candidates: Integers) -> Tried:
         """The state after trials at some of the candidates (c,), whose patches are apart."""
         edges, _ = unique_edges(state.triangles)
-        chosen, within, patches = patches_around(candidates, self.net, state.x, state.triangles, edges)
+        chosen, within, patches = patches_around(candidates, self.net, state.x, state.tensors, state.triangles, edges)
         corners, count = state.triangles[chosen], len(chosen)
         before, owner = _sums(state.costs[within], patches.owner, count), np.full(len(within), -1)
         owner[within] = patches.owner
         # 1. Bubbles leave, come and are displaced; what is around them is smoothed.
         patches = self.smoothed(self.changed(patches, corners, state, edges), before)
         # 2. Patches stay so whose triangles cost less.
-        cost = costs(patches.x, patches.triangles, self.spacing, self.smoothing)
+        patches, inside = self.measured(patches)
+        cost = costs_by(patches.x, patches.triangles, inside, roots(patches.tensors), self.smoothing)
         better = _sums(cost, patches.owner, count) < before - LEAST_GAIN
         cost, patches = cost[better[patches.owner]], patches.select(better)
         # 3. The others are as they were.
         n, came, stays = len(state.x), int((patches.nodes < 0).sum()), ~np.append(better, False)[owner]
         nodes = np.where(patches.nodes < 0, n - 1 + np.cumsum(patches.nodes < 0), patches.nodes)
         x, tensors = (np.append(part, np.zeros((came, part.shape[1])), axis=0) for part in (state.x, state.tensors))
-        x[nodes], tensors[nodes] = patches.x, self.spacing.at(patches.x)
+        x[nodes], tensors[nodes] = patches.x, patches.tensors
         failures = np.append(state.failures, np.zeros(came, np.int64))
         failures[corners] += 1
         failures[corners[better]] = 0
@@ -133,21 +134,31 @@ class Trials:
         displaced = np.flatnonzero(changed.free & ~(leaving | coming)[changed.patch])
         random = self.random.standard_normal((len(displaced), 2)).clip(-CLIPPED_AT, CLIPPED_AT)
         moves = np.zeros_like(changed.x)
-        moves[displaced] = unmapped(roots(self.spacing.at(changed.x[displaced])), self.mending.mend_amplitude * random)
+        moves[displaced] = unmapped(roots(changed.tensors[displaced]), self.mending.mend_amplitude * random)
         return changed._replace(x=moved(changed.x, moves, changed.triangles)[0])
 
     def smoothed(self, patches: PatchNet, before: Floats) -> PatchNet:
         """Patches after flips and smoothing, without those that cost so much more than before that there is no hope."""
         for done in range(PASSES):
-            triangles, edges = better_shapes(patches.x, patches.triangles, patches.facets, self.spacing)
-            inside, own = metrics = metrics_around(patches.x, triangles, self.spacing)
-            given = patches.x, triangles, edges, patches.free, inside, own, own.axes, self.smoothing
+            patches, around = self.measured(patches)
+            x, free, own_roots = patches.x, patches.free, roots(patches.tensors)
+            triangles, around = better_shapes(x, patches.triangles, patches.facets, self.spacing, around)
+            inside, own = metrics = metrics_around(x, triangles, around, own_roots, free, self.spacing)
+            given = x, triangles, free, inside, own, own.axes, self.smoothing
             x = smoothed_places(*given)
             patches = patches._replace(x=x, triangles=triangles)
             if done < PASSES - 1:
                 about = costs_in(x, triangles, *metrics, side_weight(self.smoothing)) - 1
                 patches = patches.select(_sums(about, patches.owner, len(before)) < before + HOPE)
         return patches
+
+    def measured(self, patches: PatchNet) -> tuple[PatchNet, Floats]:
+        """Patches with the tensors where bubbles are now, and roots (t, 3) of the metric at the centroids."""
+        free, tensors, count = np.flatnonzero(patches.free), patches.tensors.copy(), len(patches.triangles)
+        centroids = patches.x[patches.triangles].mean(axis=1)
+        found = self.spacing.at(np.concatenate([centroids, patches.x[free]]))
+        tensors[free] = found[count:]
+        return patches._replace(tensors=tensors), roots(found[:count])
 
 
 def _sums(costs: Floats, owner: Integers, count: int) -> Floats:

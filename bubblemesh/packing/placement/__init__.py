@@ -9,7 +9,7 @@ from typing_extensions import Doc
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.messages import node_limit
+from bubblemesh.messages import coarsening, node_limit
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -49,11 +49,12 @@ class Placement(Protocol):
         return start
 
 
-def require_at_most(max_nodes: int, count: int) -> None:
-    """Stop a placement that runs away."""
+def require_at_most(max_nodes: int, count: int, spacing: Spacing) -> None:
+    """Stop a placement by a spacing that runs away."""
     if count > 4 * max_nodes:
+        what = "the metric" if spacing.in_metric else "the spacing"
         raise LimitError(
-            f"{node_limit()}: the spacing needs more than {max_nodes} nodes: coarsen it or raise the limit"
+            f"{node_limit()}: {what} needs more than {max_nodes} nodes: {coarsening(what)} or raise the limit"
         )
 
 

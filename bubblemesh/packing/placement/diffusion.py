@@ -25,7 +25,8 @@ AREA = np.sqrt(3) / 2  # of the plane for each bubble of a perfect packing, in u
 HALF_A_ROW = np.sqrt(3) / 4  # what the boundary bubbles take up of the domain beside them, in units of d
 FEWEST_ON_A_CLOSED_CURVE = 3
 NEAREST_TO_BOUNDARY = 0.5  # spacings
-HELD = 0.75  # part of the bubbles held on a piece that a spacing has to ask for, for these to be taken
+HELD = 0.75  # part of the bubbles held on a piece, or of every second of them, that a spacing has to ask for
+FEWEST_HALVED = 12  # intervals that are left, at least, of a number that is halved again and again
 
 
 @record
@@ -45,7 +46,7 @@ class ErrorDiffusion(Placement):
     def __call__(self, domain: Domain, spacing: Spacing, max_nodes: int) -> Bubbles:
         shell = boundary_bubbles(domain, spacing)
         x = diffused_points(domain, spacing, shell, self.leaf)
-        require_at_most(max_nodes, len(shell) + len(x))
+        require_at_most(max_nodes, len(shell) + len(x), spacing)
         return shell.append(x, spacing(x))
 
 
@@ -88,33 +89,35 @@ class Diffusion:
         return np.diff(np.floor(passed + 0.5)) > 0
 
 
-def boundary_bubbles(domain: Domain, spacing: Spacing) -> Bubbles:
-    """The bubbles on the boundary alone, equidistributed."""
+def boundary_bubbles(domain: Domain, spacing: Spacing, halved: Booleans | None = None) -> Bubbles:
+    """The bubbles on the boundary alone, equidistributed as `equidistributed` does it."""
     boundary = domain.boundary
-    piece, s = equidistributed(domain, spacing)
+    piece, s = equidistributed(domain, spacing, halved)
     x = np.vstack([boundary.corners, boundary.points(piece, s)])
     shell = Bubbles(x, spacing(x), piece, s, len(boundary.corners), touched=np.zeros(len(x), bool))
     return split_cutting_edges(shell, domain, spacing)
 
 
-def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]:
+def equidistributed(domain: Domain, spacing: Spacing, halved: Booleans | None = None) -> tuple[Integers, Floats]:
     """Pieces (m,) and arc lengths (m,) that divide each boundary piece equally in the integral of ds / d.
 
-    A piece gets as many intervals as the integral says, to the nearest whole number and at least one. What the domain
-    holds is as it is there, but for spacings so coarse that they ask for much less.
+    A piece gets as many intervals as the integral says, to the nearest whole number and at least one; pieces that are
+    to be ``halved`` (p,), none by default, to the nearest number that can be halved again and again. What the domain
+    holds is as it is there, and for coarser spacings every second, fourth, ... bubble of it, if there are as many.
     """
     boundary = domain.boundary
     piece, begin, length = short_intervals(domain, spacing)
     weight = length / 2 * sum(1 / finer_of_both_sides(domain, spacing, piece, begin + t * length) for t in GAUSS)
-    total = np.bincount(piece, weight, minlength=len(boundary.lengths))
+    total = np.asarray(np.bincount(piece, weight, minlength=len(boundary.lengths)), np.float64)
     fewest = np.where(boundary.closed, FEWEST_ON_A_CLOSED_CURVE, 1)
-    intervals = np.maximum(np.rint(total).astype(np.int64), fewest)
+    unit = np.ones(len(total), np.int64) if halved is None else np.where(halved, _halvable(total), 1)
+    intervals = np.maximum(np.rint(total / unit).astype(np.int64) * unit, fewest)
     held = domain.held
-    given = np.bincount(held.piece, minlength=len(total))
+    given = np.bincount(held.piece, minlength=len(total)) + 1
+    least = np.zeros(len(total)) if spacing.in_metric else HELD * given / intervals  # a metric has no coarser levels
+    step = _powers_of_two(least)
     taken = np.zeros(len(total), bool)
-    # Else the spacing is that of a coarser level; in a metric there are no such levels.
-    enough = 0.0 if spacing.in_metric else HELD
-    taken[held.pieces] = intervals[held.pieces] >= enough * (given[held.pieces] + 1)
+    taken[held.pieces] = (given % step == 0)[held.pieces]
     # A closed curve has a bubble at its start, an open piece a corner.
     count = np.where(taken, 0, np.where(boundary.closed, intervals, intervals - 1))
     owner, rank = members(count)
@@ -127,10 +130,20 @@ def equidistributed(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats]
     share = (target - (reached - weight)[panel]) / weight[panel]
     # Sums over all pieces round: what should be a panel of this piece may come out as the end of the one before.
     s = np.where(piece[panel] == owner, begin[panel] + share * length[panel], 0.0)
-    mine = taken[held.piece]
+    mine = taken[held.piece] & ((members(given - 1)[1] + 1) % step[held.piece] == 0)
     owner, s = np.append(owner, held.piece[mine]), np.append(boundary.wrapped(owner, s), held.s[mine])
     order = np.argsort(owner, kind="stable")
     return _mirrored(domain, owner[order], s[order])
+
+
+def _halvable(intervals: Floats) -> Integers:
+    """Powers of two (p,) of which numbers of intervals (p,) are to be multiples: as large as `FEWEST_HALVED` allows."""
+    return 2 ** np.floor(np.log2(np.maximum(intervals / FEWEST_HALVED, 1))).astype(np.int64)
+
+
+def _powers_of_two(least: Floats) -> Integers:
+    """The smallest powers of two (p,), from one on, that are not less than these."""
+    return 2 ** np.ceil(np.log2(np.maximum(least, 1))).astype(np.int64)
 
 
 def _mirrored(domain: Domain, piece: Integers, s: Floats) -> tuple[Integers, Floats]:

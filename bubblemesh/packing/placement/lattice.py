@@ -79,7 +79,7 @@ class Lattices(Placement):
             found.append(taken(x, laid | diffusion.chosen(cells, (lattice < 0).astype(float))))
         x = np.concatenate(found)
         x = taken(x, first_rows(x))
-        require_at_most(max_nodes, len(shell) + len(x))
+        require_at_most(max_nodes, len(shell) + len(x), spacing)
         return shell.append(x, spacing(x))
 
     def again(self, start: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:

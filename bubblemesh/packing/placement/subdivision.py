@@ -47,7 +47,7 @@ class HierarchicalSubdivision(Placement):
         cells, corners = np.zeros((1, 2), np.int64), []
         for level in range(LATTICE_LEVELS):
             corners.append(_corners(cells) << (LATTICE_LEVELS - level))
-            require_at_most(max_nodes, len(cells))
+            require_at_most(max_nodes, len(cells), spacing)
             split = self._to_split(lattice, cells, level, spacing) & _meets(domain, lattice, cells, level)
             cells = _corners(2 * cells[split])  # of four quarters each
             if len(cells) == 0:
@@ -95,7 +95,7 @@ def bisected(domain: Domain, spacing: Spacing, w1: float, max_nodes: int) -> tup
         piece, low, high = piece[split], low[split], high[split]
         middle = (low + high) / 2
         placed.append((piece, middle))
-        require_at_most(max_nodes, len(piece))
+        require_at_most(max_nodes, len(piece), spacing)
         piece, low, high = np.tile(piece, 2), np.append(low, middle), np.append(middle, high)
         if len(piece) == 0:
             break

@@ -71,7 +71,7 @@ class WarmStart(Placement):
         staying = self._staying(domain, spacing, shell)
         new = diffused_points(domain, spacing, shell, LEAF, self._lacking)
         x = np.vstack([staying, new])
-        require_at_most(max_nodes, len(shell) + len(x))
+        require_at_most(max_nodes, len(shell) + len(x), spacing)
         return shell.append(x, spacing(x))
 
     def _staying(self, domain: Domain, spacing: Spacing, shell: Bubbles) -> Floats:

@@ -25,7 +25,6 @@ MOST_PIXELS = 4_000_000  # kept of a grid
 AROUND = 2  # pixels beyond the box
 ACROSS = ("x", "lon", "easting")  # beginnings of names of dimensions from west to east
 TURN = 360.0  # degrees
-STEP_ROUNDING = 1e-6  # of a step
 
 Box = tuple[float, float, float, float]
 

@@ -12,7 +12,7 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.kernels.tensors import lengths, mean_lengths
 from bubblemesh.meshes.metric import MeasuresInMetric
 from bubblemesh.meshes.quality import Measures
-from bubblemesh.meshes.tensors import Axes, require_positive_definite
+from bubblemesh.meshes.tensors import Axes, axes, require_positive_definite
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
@@ -109,11 +109,15 @@ class MetricSpacing(Spacing):
         """
         return MetricSpacing.of(self.straight, self.aspect, bent=self)
 
-    def shares(self, points: Floats) -> Floats:
-        """Shares (n,) of the long axes that are left of those that are asked for, relative to the short ones."""
+    def shares(self, points: Floats, tensors: Floats | None = None) -> Floats:
+        """Shares (n,) of the long axes that are left of those that are asked for, relative to the short ones.
+
+        Where the tensors (n, 3) at the points (n, 2) are known that takes less time.
+        """
         if self.bent is None:
             return np.ones(len(points))
-        return self.axes(points).aspects / self.bent.axes(points).aspects
+        left = self.axes(points) if tensors is None else axes(tensors)
+        return left.aspects / self.bent.axes(points).aspects
 
     @property
     def unstraightened(self) -> "MetricSpacing":

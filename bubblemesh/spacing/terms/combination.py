@@ -39,21 +39,33 @@ class Combination:
         """Whether one of the terms takes long."""
         return any(term.costly for term in self.terms)
 
+    @property
+    def is_uniform(self) -> bool:
+        """Whether all of the terms are the same everywhere."""
+        return all(term.is_uniform for term in self.terms)
+
     def __call__(self, x: Floats, y: Floats) -> Floats:
         """Values (n,) at x (n,) and y (n,)."""
         smallest = np.full(np.shape(x), np.inf)
         for term in self.terms:
             smallest = np.minimum(smallest, term.function(x, y))
+        if self._unchanged:
+            return smallest
         with np.errstate(invalid="ignore"):
             # Limits must not make a spacing of a value that is not positive.
             limited = np.clip(self.scale * smallest, self.minimum, self.maximum)
         return np.where(smallest > 0, limited, smallest)
 
+    @property
+    def _unchanged(self) -> bool:
+        """Whether the smallest value is the result as it is."""
+        return self.scale == 1 and self.minimum <= 0 and self.maximum == np.inf
+
     def bounds_within(self, low: Floats, high: Floats) -> Bounds | None:
         """Bounds within boxes between corners low (n, 2) and high (n, 2); None if a term has none."""
-        known = [bounds_of(term.function, low, high) for term in self.terms]
+        known = [bounds_of(term.function, low, high) for term in self.terms if term.function is not nothing]
         found = [bounds for bounds in known if bounds is not None]
-        if len(found) < len(self.terms):
+        if len(found) < max(len(known), 1):
             return None
         with np.errstate(all="ignore"):
             smallest = least_of(found)

@@ -8,11 +8,11 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.checks import finite, indices, real_numbers
 from bubblemesh.meshes.quality import doubled_areas
 from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import require_positive, spots
-from bubblemesh.spacing.terms.checks import cells_of, numbers, places, triangles_of
 from bubblemesh.spacing.terms.interpolation import MeshInterpolation
 
 FLAT = 1e-13  # height in terms of the longest side
@@ -37,8 +37,9 @@ class MeshField:
         CaseError if the shapes do not fit, a value is not positive and finite (the text names the node and its place),
         or no triangle is left.
         """
-        points = places(points)
-        triangles, values = triangles_of(triangles, len(points)), numbers(values, "values", (len(points),))
+        points = finite(points, "points", ("n", 2))
+        triangles = indices(triangles, "triangles", len(points), "node", ("t", 3))
+        values = real_numbers(values, "values", (len(points),))
         used = np.unique(triangles)
         require_positive(values[used], lambda k: f"at node {used[k]} (from 0), {place(points[used[k]])}")
         return cls(points, _with_area(points, triangles), values)
@@ -57,10 +58,11 @@ class MeshField:
             what = "triangle" if len(corners) == 3 else "cell"
             return f"in the {what} around {place(points[corners].mean(axis=0))}"
 
-        points = places(points)
-        triangles = triangles_of(triangles, len(points))
-        values = numbers(values, "values", (len(triangles) if cells is None else None,))
-        cells = np.arange(len(triangles)) if cells is None else cells_of(cells, len(triangles), len(values))
+        points = finite(points, "points", ("n", 2))
+        triangles = indices(triangles, "triangles", len(points), "node", ("t", 3))
+        t = len(triangles)
+        values = real_numbers(values, "values", (t if cells is None else "c",))
+        cells = np.arange(t) if cells is None else indices(cells, "cells", len(values), "value", (t,))
         require_positive(values, where)
         values = values[cells]
         areas = np.abs(doubled_areas(points[triangles]))
@@ -112,8 +114,8 @@ def scattered(points: Floats, values: Floats) -> MeshField:
     number, a value is not positive and finite, points at one place have different values, or all lie on a line; the
     text names the point, from 0, and its place.
     """
-    points = places(points)
-    values = numbers(values, "values", (len(points),))
+    points = finite(points, "points", ("n", 2))
+    values = real_numbers(values, "values", (len(points),))
     # Imported here since it takes as long as meshing a small case, and other spacings do without.
     from scipy.spatial import Delaunay, QhullError
 

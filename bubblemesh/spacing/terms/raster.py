@@ -7,10 +7,10 @@ import numpy as np
 
 from bubblemesh.arrays import LARGEST_NUMBER, Booleans, Floats, Integers
 from bubblemesh.errors import CaseError
+from bubblemesh.meshes.checks import real_numbers
 from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import finest, is_spot, require_positive
-from bubblemesh.spacing.terms.checks import numbers
 
 BAND = 1_000_000  # pixels that are looked at together: of all of them there may be many
 
@@ -35,12 +35,8 @@ class Raster:
         and its place.
         """
         values = _grid(values)
-        x, y = numbers(x, "x"), numbers(y, "y")
-        for name, coordinates, count, what in (("x", x, values.shape[1], "column"), ("y", y, values.shape[0], "row")):
-            if coordinates.shape != (count,):
-                raise CaseError(
-                    f"{name} has the shape {coordinates.shape}: it has to be one coordinate for each of {count} {what}s"
-                )
+        x, y = real_numbers(x, "x", values.shape[1:]), real_numbers(y, "y", values.shape[:1])
+        for name, coordinates, what in (("x", x, "column"), ("y", y, "row")):
             steps = np.diff(coordinates)
             if not (np.abs(coordinates) <= LARGEST_NUMBER).all() or not ((steps > 0).all() or (steps < 0).all()):
                 raise CaseError(f"{name} has to be finite, and ascending or descending from each {what} to the next")
@@ -63,7 +59,7 @@ class Raster:
         The first row is the lowest one, or the highest with ``upper``. CaseError as `of`.
         """
         values = _grid(values)
-        x0, y0, x1, y1 = numbers(bounds, "bounds", (4,)).tolist()
+        x0, y0, x1, y1 = real_numbers(bounds, "bounds", (4,)).tolist()
         if not (x0 < x1 and y0 < y1):
             raise CaseError(
                 f"bounds: must be x0, y0, x1, y1 with x0 < x1 and y0 < y1 (found {x0:g}, {y0:g}, {x1:g}, {y1:g})"
@@ -120,9 +116,9 @@ class Raster:
 
 
 def _grid(values: Floats) -> Floats:
-    values = numbers(values, "values")
-    if values.ndim != 2 or values.size == 0:
-        raise CaseError(f"has the shape {values.shape}: a raster has rows and columns, and at least one of each")
+    values = real_numbers(values, "values", ("r", "c"))
+    if values.size == 0:
+        raise CaseError(f"has the shape {values.shape}: a raster has at least one row and one column")
     return values
 
 

@@ -6,6 +6,7 @@ import pytest
 from ellipse_packings import METHOD, SQUARE, front, packed, settled_ellipses, settled_net
 from lattices import hexagon, hexagon_domain
 from metrics import tensor_metric, uniform_metric
+from twins import needs_compiler
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
@@ -17,7 +18,14 @@ from bubblemesh.meshes.tensors import area_sizes, of_axes
 from bubblemesh.packing.ellipses.annealing import SPARED, EllipseAnnealing
 from bubblemesh.packing.ellipses.mending import EllipseMending
 from bubblemesh.packing.ellipses.net import connected, flipped_net
-from bubblemesh.packing.ellipses.smoothing import EllipseSmoothing, NoEllipseSmoothing, costs, metrics_at
+from bubblemesh.packing.ellipses.smoothing import (
+    EllipseSmoothing,
+    NoEllipseSmoothing,
+    changes_at,
+    costs,
+    independent_groups,
+    independent_groups_in_numpy,
+)
 from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
@@ -274,13 +282,24 @@ def test_smoothing_goes_by_the_metric_that_is_asked_for():
 
 def test_metrics_of_triangles_are_linear_around_them():
     spacing, centers = front(), np.array([[0.2, 0.4], [0.6, 0.8]])
-    found = metrics_at(centers, spacing)
-    np.testing.assert_array_equal(found.roots, roots(spacing.at(centers)))
-    r11, r12, r22 = found.roots.T
+    root = roots(spacing.at(centers))
+    slopes = changes_at(centers, root, spacing)
+    r11, r12, r22 = root.T
     there = centers + 0.05 * np.column_stack([1 / r11, np.zeros(2)])
-    np.testing.assert_allclose(found.roots + 0.05 * found.slopes[:, :3], roots(spacing.at(there)), rtol=0.01)
+    np.testing.assert_allclose(root + 0.05 * slopes[:, :3], roots(spacing.at(there)), rtol=0.01)
     there = centers + 0.05 * np.column_stack([-r12 / (r11 * r22), 1 / r22])
-    np.testing.assert_allclose(found.roots + 0.05 * found.slopes[:, 3:], roots(spacing.at(there)), rtol=0.01)
+    np.testing.assert_allclose(root + 0.05 * slopes[:, 3:], roots(spacing.at(there)), rtol=0.01)
+
+
+@needs_compiler
+@pytest.mark.parametrize("seed", range(3))
+def test_both_engines_find_the_same_groups_of_nodes(seed):
+    net = settled_net()
+    chosen = np.random.default_rng(seed).random(len(net.bubbles)) < 0.8
+    groups, plain = (find(chosen, net.triangles) for find in (independent_groups, independent_groups_in_numpy))
+    for some, others in zip(groups, plain, strict=True):
+        np.testing.assert_array_equal(some, others)
+    np.testing.assert_array_equal(np.sort(np.concatenate(groups)), np.flatnonzero(chosen))
 
 
 def test_the_last_passes_let_lengths_be_for_better_shapes(monkeypatch):

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -7,7 +8,7 @@ from lattices import uniform
 from scipy.integrate import quad
 
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.domain import Domain, Held
 from bubblemesh.packing.placement.diffusion import equidistributed
 from bubblemesh.spacing.spacing import Spacing
 
@@ -55,6 +56,31 @@ def test_number_of_intervals_is_the_rounded_integral_and_at_least_one(d, interva
     piece, s = equidistributed(SQUARE, uniform(d))
     assert np.bincount(piece, minlength=4).tolist() == [intervals - 1] * 4
     assert s.shape == piece.shape
+
+
+@pytest.mark.parametrize(
+    ("d", "intervals"), [(2 / 90.4, 92), (2 / 46.2, 46), (2 / 23.4, 23), (2 / 191, 192), (50.0, 1)]
+)
+def test_numbers_that_are_halved_again_and_again_leave_twelve_intervals_or_more(d, intervals):
+    piece, s = equidistributed(SQUARE, uniform(d), np.array([True, False, True, False]))
+    found = np.bincount(piece, minlength=4) + 1
+    assert found.tolist() == [intervals, max(round(2 / d), 1)] * 2
+    np.testing.assert_allclose(s[piece == 0], 2 * np.arange(1, intervals) / intervals, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("number", "d", "step"),
+    [(8, 0.2, 1), (8, 0.25, 1), (8, 0.32, 1), (8, 0.4, 2), (8, 0.7, 2), (8, 0.8, 4), (9, 0.25, 1), (9, 0.5, 0)],
+)
+def test_coarser_spacings_take_every_second_or_fourth_of_the_bubbles_that_are_held(number, d, step):
+    inner = 2 * (np.arange(1, number) / number) ** 1.1
+    held = Held(np.array([0, 1]), np.repeat([0, 1], number - 1), np.append(inner, inner))
+    piece, s = equidistributed(replace(SQUARE, held=held), uniform(d))
+    rows = round(2 / d)
+    expected = inner[step - 1 :: step] if step else 2 * np.arange(1, rows) / rows
+    for side in (0, 1):
+        np.testing.assert_allclose(s[piece == side], expected, rtol=1e-9)
+    np.testing.assert_allclose(s[piece == 2], 2 * np.arange(1, rows) / rows, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("d", "intervals"), [(0.1, 63), (1.0, 6), (2.0, 3), (3.0, 3), (1e6, 3)])

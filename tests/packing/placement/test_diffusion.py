@@ -3,6 +3,7 @@ import pytest
 import shapely
 from examples import BARE
 from lattices import uniform
+from metrics import uniform_metric
 from scipy.spatial import cKDTree
 
 from bubblemesh.case import load_case
@@ -102,8 +103,10 @@ def test_placement_does_not_depend_on_the_unit_of_length(scale):
 
 
 def test_too_many_bubbles_stop_at_the_limit():
-    with pytest.raises(LimitError, match=r"limits.max_nodes: the spacing needs more than 100 nodes"):
+    with pytest.raises(LimitError, match=r"limits.max_nodes: the spacing needs more than 100 nodes: coarsen the sp"):
         ErrorDiffusion()(SQUARE, uniform(0.1), 100)
+    with pytest.raises(LimitError, match=r"limits.max_nodes: the metric needs more than 100 nodes: coarsen the metric"):
+        ErrorDiffusion()(SQUARE, uniform_metric(0.05, 0.2, 0.3), 100)
 
 
 def test_spacing_larger_than_the_domain_leaves_the_corners():

@@ -80,7 +80,7 @@ def test_slow_growth_is_left_alone(function):
 @pytest.mark.parametrize("example", BARE)
 def test_examples_are_left_alone(example):
     problem = prepare(load_case("example.yaml", text=BARE[example]))
-    assert not problem.refined
+    assert not problem.packed_finer
     assert not any("per length" in warning for warning in problem.warnings)
 
 
@@ -243,7 +243,7 @@ def test_fast_growth_is_warned_of_with_its_place():
     (warning,) = [warning for warning in problem.warnings if "per length" in warning]
     assert "from 0.05" in warning
     assert "(0.12" in warning
-    assert problem.refined
+    assert problem.packed_finer
 
 
 def test_raster_that_grows_slowly_is_left_as_it_is():

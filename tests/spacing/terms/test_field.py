@@ -179,7 +179,11 @@ class TestScattered:
             ([[0, 0], [1, 1], [0, 0]], [1, 1, 1], "lie on a line, or are fewer than three"),
             ([[0, 0], [0.1, 0.3], [0.2, 0.6], [0.3, 0.9]], [1, 1, 1, 1], "lie on a line"),
             ([[0, 0], [1, 0], [0, 1]], [1, -1, 1], r"is -1 at point 1 \(from 0\), \(1, 0\): a spacing"),
-            ([[0, 0], [np.nan, 0], [0, 1]], [1, 1, 1], r"point 1 \(from 0\), \(nan, 0\), has a coordinate"),
+            (
+                [[0, 0], [np.nan, 0], [0, 1]],
+                [1, 1, 1],
+                r"points: must be finite and at most 1e\+70 \(found nan in row 1\)",
+            ),
             ([[0, 0], [1, 0], [0, 1], [1, 0]], [1, 2, 1, 3], r"points 1 and 3 \(from 0\) are both at \(1, 0\), with"),
         ],
     )

@@ -62,14 +62,14 @@ def test_values_that_are_none_are_named_with_row_column_and_place():
 @pytest.mark.parametrize(
     ("x", "y", "values", "message"),
     [
-        (X, Y, GRID.T, r"x has the shape \(4,\): it has to be one coordinate for each of 3 columns"),
-        (X, X, GRID, r"y has the shape \(4,\): it has to be one coordinate for each of 3 rows"),
-        (*np.meshgrid(X, Y), GRID, r"x has the shape \(3, 4\)"),
+        (X, Y, GRID.T, r"x: must be real numbers of shape \(3,\) \(found the shape \(4,\)"),
+        (X, X, GRID, r"y: must be real numbers of shape \(3,\) \(found the shape \(4,\)"),
+        (*np.meshgrid(X, Y), GRID, r"x: must be real .*found the shape \(3, 4\)"),
         ([0, 1, 1, 2], Y, GRID, "x has to be finite, and ascending or descending from each column"),
         (X, [0, np.nan, 1], GRID, "y has to be finite, and ascending or descending from each row"),
-        (X, Y, GRID[0], r"has the shape \(4,\): a raster has rows and columns"),
-        (X, Y, GRID[:0], r"has the shape \(0, 4\): a raster has rows and columns, and at least one of each"),
-        (X, Y, GRID[..., None], r"has the shape \(3, 4, 1\)"),
+        (X, Y, GRID[0], r"values: must be real numbers of shape \(r, c\) \(found the shape \(4,\)"),
+        (X, Y, GRID[:0], r"has the shape \(0, 4\): a raster has at least one row and one column"),
+        (X, Y, GRID[..., None], r"found the shape \(3, 4, 1\)"),
     ],
 )
 def test_shapes_and_coordinates_must_fit(x, y, values, message):
