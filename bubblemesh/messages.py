@@ -19,6 +19,7 @@ MOST_NAMES = 20  # that one message lists
 LONGEST_REASON = 200  # letters of what a library says of a file that it cannot read
 ALIKE = 0.65  # of 1: a word that is no more like another one is hardly a slip of the pen
 NAME = re.compile(r"(?<!\w)'[^']+'(?!\w)")  # in quotes
+WIDEST = re.compile(r"the widest(?: gap)? \(([^ )]+)\)")  # of several gaps
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 
 _size: ContextVar[float | None] = ContextVar("size of the domain", default=None)
@@ -135,11 +136,20 @@ def extent(bounds: Sequence[float]) -> str:
 
 
 def once_each(texts: Iterable[str]) -> tuple[str, ...]:
-    """The first of all texts that differ in nothing but numbers and places, with the count and names of the others."""
+    """The first of all texts that differ in nothing but numbers and places, with the count and names of the others.
+
+    Of texts that tell the widest of some gaps it is the one with the widest of all.
+    """
     kinds: dict[str, list[str]] = {}
     for text in texts:
         kinds.setdefault(NUMBERS.sub("#", text), []).append(text)
-    return tuple(first if not others else f"{first} {_more(first, others)}" for first, *others in kinds.values())
+    told = (sorted(some, key=_widest, reverse=True) for some in kinds.values())
+    return tuple(first if not others else f"{first} {_more(first, others)}" for first, *others in told)
+
+
+def _widest(text: str) -> float:
+    found = WIDEST.search(text)
+    return float(found[1]) if found else 0.0
 
 
 def _more(first: str, others: Sequence[str]) -> str:

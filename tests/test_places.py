@@ -98,6 +98,11 @@ def test_warnings_that_differ_in_numbers_only_are_one_with_a_count():
     )
 
 
+def test_of_warnings_on_gaps_the_widest_is_told():
+    told = [f"a.dxf: {count} gaps joined, the widest ({gap}) at (1, {gap})" for count, gap in ((4, 1e-4), (2, 0.002))]
+    assert once_each([told[0], "b", told[1]]) == (f"{told[1]} (and 1 more like it)", "b")
+
+
 def test_names_of_warnings_that_are_one_are_listed():
     told = [f"'hole-{number}' has {number} sides, and 'inlet' is {number} long" for number in (1, 2, 2, 3)]
     assert once_each(told) == (f"{told[0]} (and 3 more like it: 'hole-2', 'hole-3')",)

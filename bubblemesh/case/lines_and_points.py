@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Choice, OneLabel, Point, Strict, Text
-from bubblemesh.case.geometry_files import SelectedFile
+from bubblemesh.case.fields import Choice, OneLabel, Point, Positive, Strict, Text
+from bubblemesh.case.geometry_files import FollowedKeys, SelectedFile
 from bubblemesh.case.shapes import PathLine
 
 
@@ -18,13 +18,28 @@ class OutsideKeys(Strict):
     )
 
 
-class EmbeddedLine(PathLine, OutsideKeys):
+class JoinedKeys(Strict):
+    """Key of lines whose ends may miss what they should meet."""
+
+    join: Positive | None = Field(
+        default=None,
+        description="Ends nearer than this to another line, to the boundary or to a region are moved onto it, in the "
+        "lengths in which the line is given.",
+    )
+
+
+class EmbeddedLine(PathLine, JoinedKeys, OutsideKeys):
     """A line inside the domain that edges of the mesh follow: a crack, a wire."""
 
 
-class LineFile(SelectedFile, OutsideKeys):
+class LineFile(FollowedKeys, JoinedKeys, SelectedFile, OutsideKeys):
     """Lines of a file, and the sides of its rings, that edges of the mesh follow."""
 
+    simplify: Positive | None = Field(
+        default=None,
+        description="Leave out vertices of straight sides that are no farther than this, in the file's lengths, from "
+        "the line left.",
+    )
     label: OneLabel = None
 
 

@@ -10,7 +10,9 @@ from bubblemesh.case.fields import Positive, PositiveArea, Strict
 class GapKeys(Strict):
     """Keys of the repair of rings."""
 
-    gap: Positive = Field(description="Widest gap between ends of lines, or between areas, that is closed.")
+    gap: Positive = Field(
+        description="Widest gap between ends of lines, between areas, or between holes, that is closed."
+    )
 
 
 RepairValue = Annotated[

@@ -13,7 +13,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.cubic_splines import CubicSpline
 from bubblemesh.geometry.curves import shares_before, turning
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.paths import Area, Curve, Line, Point, Polyline, Ring, Side, Spline
+from bubblemesh.geometry.paths import Area, Curve, Line, OpenPath, Point, Polyline, Ring, Side, Spline
 from bubblemesh.messages import place
 from bubblemesh.records import record
 
@@ -60,6 +60,28 @@ class Following:
             sides += [Side(curve, run.label) for curve in curves.values()]
             vertices += [corners[first] for first in curves]
         return replace(ring, sides=tuple(sides), vertices=tuple(vertices), given=ring.outline)
+
+    def along(self, line: OpenPath, stay: Set[Point]) -> OpenPath:
+        """The line with its straight sides followed as curves between the vertices that stay nodes; its ends do.
+
+        Vertices in ``stay`` also stay nodes. GeometryError as for a ring.
+        """
+        if len(line.vertices) < 3:
+            return line
+        straight = np.array([isinstance(side.curve, Line) for side in line.sides])
+        labels = np.array([side.label or "" for side in line.sides])
+        ahead = np.diff(np.array(line.vertices), axis=0)
+        inner = np.degrees(np.abs(turning(ahead[:-1], ahead[1:]))) > self.corners
+        inner |= (labels[1:] != labels[:-1]) | ~straight[1:] | ~straight[:-1]
+        inner |= np.array([vertex in stay for vertex in line.vertices[1:-1]])
+        sides, vertices = list[Side](), list[Point]()
+        stops = np.flatnonzero([True, *inner.tolist(), True]).tolist()
+        for begin, end in pairwise(stops):
+            run, corners = line.sides[begin], line.vertices[begin : end + 1]
+            curves = self._curves(np.array(corners), True) if straight[begin] else {0: run.curve}
+            sides += [Side(curve, run.label) for curve in curves.values()]
+            vertices += [corners[first] for first in curves]
+        return replace(line, sides=tuple(sides), vertices=(*vertices, line.vertices[-1]))
 
     def fixed(self, ring: Ring) -> Booleans:
         """Mask (n,) of the vertices that stay nodes whatever the tolerance."""

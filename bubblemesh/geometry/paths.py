@@ -282,6 +282,7 @@ class OpenPath:
     optional: bool = False  # whether it is left out where it lies outside of the domain
     lost: tuple[str, ...] = ()  # labels that only sides without length had, which are merged
     origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
+    unit: float = 1.0  # length of what was 1 where the line is drawn, in the case or in its file
 
     @property
     def name(self) -> str:
@@ -292,7 +293,8 @@ class OpenPath:
 
     def moved(self, by: Similarity) -> "OpenPath":
         """The line where a similarity takes it, its labels with their sides."""
-        return replace(self, sides=_moved(self.sides, by), vertices=tuple(map(by.point, self.vertices)))
+        vertices = tuple(map(by.point, self.vertices))
+        return replace(self, sides=_moved(self.sides, by), vertices=vertices, unit=self.unit * by.scale)
 
     def labelled(self, label: str | None) -> "OpenPath":
         """The line with all its sides called ``label``, if that is given."""

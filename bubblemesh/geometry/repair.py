@@ -4,6 +4,7 @@ Rings without changes stay as they are, with their curves. Changed rings follow 
 of the original sides; nodes may slide along parts that were curves. The changes are recorded in the rings.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -13,13 +14,15 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Floats, Integers, ring_area
+from bubblemesh.arrays import Booleans, Floats, Integers, ring_area
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.gaps import strips_between
 from bubblemesh.geometry.nesting import polygons_of, shapes_of, with_holes
 from bubblemesh.geometry.paths import Area, Line, Point, Polyline, Ring, RingChange, Side, as_point
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
+from bubblemesh.geometry.short_borders import without_short_borders
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted
 from bubblemesh.records import record
@@ -27,6 +30,7 @@ from bubblemesh.records import record
 GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another one is given
 THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
 OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into what is beside it
+STRAIGHT = 100  # times that length: a vertex so near to the line between its neighbours is due to such a strip
 TOLERANCE_HALVINGS = 8  # of a tolerance, until no vertex is farther off than allowed
 
 
@@ -62,6 +66,7 @@ class Repair:
             parts = [polygons_of(shape) for shape in shapes]
             shapes = _united(parts, self.gap_of(work.size), work) if united else list(chain(*parts))
             shapes = _without(shapes, holes, work)
+            shapes = [part for shape in shapes for part in _with_holes_joined(shape, self.gap_of(work.size), work)]
         if self.smallest is not None:
             shapes = _without_small(shapes, self.smallest, work)
         if self.simplify is not None and shapes:
@@ -132,6 +137,12 @@ class _Work:
         runs = [[k % len(points) for k in range(a, b + 1)] for a, b in pairwise([*stops, stops[0] + len(points)])]
         sides = tuple(Side(_along(points[run]), side[run[0]].label) for run in runs)
         return Ring(sides, tuple(corners[run[0]] for run in runs), origin=owner.origin, key=owner.key)
+
+    def labels(self, points: Floats) -> list[str | None]:
+        """Labels (n,) of the sides of the ring along points (n, 2)."""
+        ahead = np.roll(points, -1, axis=0)
+        near = self._chords.nearest(shapely.points((points + ahead) / 2))
+        return [self._sides[k].label for k in near.tolist()]
 
     def is_curved(self, points: Floats) -> bool:
         """Whether the ring along points (n, 2) is one of those at the begin and has curves."""
@@ -277,7 +288,8 @@ def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: _Work) -> shapely
         common = shapely.intersection(solid[a], solid[b])
         if common.area > 0 or common.length > 0:
             at = shapely.get_coordinates(shapely.point_on_surface(common))[0]
-            work.note("holes that overlap united", at, common.area, [holes[a].outline, holes[b].outline])
+            what = "holes that overlap united" if common.area > 0 else "holes with a common side united"
+            work.note(what, at, common.area, [holes[a].outline, holes[b].outline])
     left = shapely.difference(shape, shapely.union_all(solid[~apart]))
     return _tidy(left, work) if across.any() else left
 
@@ -305,14 +317,75 @@ def _united(areas: Sequence[Sequence[shapely.Polygon]], gap: float, work: _Work)
         found = np.array(polygons_of(_tidy(shapely.union_all(found), work)), dtype=object)
         part, whole = shapely.STRtree(found).query(inside, predicate="intersects")
         owners = [set(area[part[whole == number]].tolist()) for number in range(len(found))]
+    closing = _closing(found, owners, gap, work)
+    if not closing:
+        return list(found)
+    return _without_steps(polygons_of(_tidy(shapely.union_all([*found, *closing]), work)), closing, gap, work)
+
+
+def _closing(
+    polygons: "NDArray[np.object_]", owners: Sequence[set[int]], gap: float, work: _Work, holes: bool = False
+) -> list[shapely.Polygon]:
+    """The strips that close gaps between polygons (n,), areas or holes, which are noted as changes."""
+    what = "gap between holes closed" if holes else "gap between areas closed"
     closing = []
-    for strip, reaching in strips_between(found, owners, gap, OVERLAP * work.size):
+    for strip, reaching in strips_between(polygons, owners, gap, OVERLAP * work.size):
         at = shapely.get_coordinates(shapely.point_on_surface(strip))[0]
-        work.note("gap between areas closed", at, strip.area, [_outer(strip)])
+        work.note(what, at, -strip.area if holes else strip.area, [_outer(strip)])
         closing.append(reaching)
-    if closing:
-        found = np.array(polygons_of(_tidy(shapely.union_all([*found, *closing]), work)), dtype=object)
-    return list(found)
+    return closing
+
+
+def _with_holes_joined(shape: shapely.Polygon, gap: float, work: _Work) -> list[shapely.Polygon]:
+    """The polygon with gaps between its holes closed; several if holes come to lie around a part of it."""
+    holes = np.array([shapely.Polygon(ring) for ring in shape.interiors], dtype=object)
+    closing = _closing(holes, [{k} for k in range(len(holes))], gap, work, holes=True)
+    if not closing:
+        return [shape]
+    solid = polygons_of(_tidy(shapely.union_all([*holes, *closing]), work))
+    joined = shapely.union_all(_without_steps(solid, closing, gap, work))
+    return polygons_of(shapely.difference(shapely.Polygon(shape.exterior), joined))
+
+
+def _without_steps(
+    shapes: Sequence[shapely.Polygon], closing: Sequence[shapely.Polygon], gap: float, work: _Work
+) -> list[shapely.Polygon]:
+    """The polygons without edges as short as the gaps that strips have closed, which their ends leave."""
+    counts = Counter(chain(*(map(as_point, _outer(shapely.Polygon(ring))) for ring in shapely.get_rings(shapes))))
+    strips = shapely.union_all(closing)
+    found = []
+    for shape in shapes:
+        loops = []
+        for ring in (shape.exterior, *shape.interiors):
+            points = shapely.get_coordinates(ring)[:-1]
+            alone = np.array([counts[as_point(point)] == 1 for point in points])
+            loose = alone & shapely.dwithin(shapely.points(points), strips, gap)
+            loops.append(_smoothed(points, loose, gap, work) if loose.any() else points)
+        smooth = shapely.Polygon(loops[0], loops[1:])
+        found.append(smooth if smooth.is_valid else shape)
+    return found
+
+
+def _smoothed(points: Floats, loose: Booleans, gap: float, work: _Work) -> Floats:
+    """Points (m, 2) of a ring without those of the ``loose`` ones that sides nearly pass, or beside which one is short.
+
+    None of them is farther than a gap from the side that is left, and labels of longer sides stay.
+    """
+    labels = np.array(work.labels(points), dtype=object)  # of the sides from the points
+    while len(points) > 3:
+        before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+        off = np.hypot(*(points - before - shares_before(points, before, after)[:, None] * (after - before)).T)
+        to_next = np.hypot(*(after - points).T)
+        to_last = np.roll(to_next, 1)
+        straight = (off <= STRAIGHT * OVERLAP * work.size) & (labels == np.roll(labels, 1))
+        short = (np.minimum(to_next, to_last) <= gap) & (off <= gap)
+        spare = loose & (straight | short)
+        if not spare.any():
+            break
+        k = int(np.argmin(np.where(spare, off, np.inf)))
+        labels[k - 1] = labels[k - 1] if to_last[k] > to_next[k] else labels[k]
+        points, loose, labels = np.delete(points, k, axis=0), np.delete(loose, k), np.delete(labels, k)
+    return points
 
 
 def _outer(polygon: shapely.Polygon) -> Floats:
@@ -351,6 +424,7 @@ def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -
     given = np.array(shapes, dtype=object)
     if not shapely.is_valid(given).all() or not shapely.coverage_is_valid(given):
         raise GeometryError("simplify: the rings cross, or the areas overlap: set repair: true as well")
+    given = _without_short_borders(given, length, work)
     points = shapely.get_coordinates(given)
     for tolerance in length * 0.5 ** np.arange(TOLERANCE_HALVINGS):
         found = []
@@ -370,6 +444,18 @@ def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -
         note, points[off.argmax()], area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
     )
     return found
+
+
+def _without_short_borders(given: "NDArray[np.object_]", length: float, work: _Work) -> "NDArray[np.object_]":
+    """The polygons with borders between them of no more than a length as points, which no vertex left out removes."""
+    if any(work.is_curved(_outer(shapely.Polygon(ring))) for ring in shapely.get_rings(given)):
+        return given
+    merged, at, off = without_short_borders(given, length)
+    if len(at):
+        before = (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
+        borders = f"{counted(len(at), 'short border')} between areas closed to a point, up to {off:.3g} off"
+        work.note(borders, at[0], 0.0, before)
+    return merged
 
 
 def _sparser(given: "NDArray[np.object_]", tolerance: float) -> Sequence[shapely.Polygon]:

@@ -18,7 +18,7 @@ from bubblemesh.pages.charts import ChartLine, bar, histogram_chart, line_chart
 from bubblemesh.pages.markup import Markup, cell, head, html, table, tag, whole
 from bubblemesh.pages.scene import Scene
 from bubblemesh.pictures.colouring import standard_color
-from bubblemesh.pictures.styles import LABEL_COLOURS, REGION_COLOURS
+from bubblemesh.pictures.styles import LABEL_COLOURS, region_colour
 
 DASHES = ("", "9 4", "2 3", "9 3 2 3")
 COLOURINGS = {
@@ -44,7 +44,7 @@ def scales(scene: Scene) -> Markup:
     below, above = scene.ratio.limits
     regions = []
     for k, name in enumerate(scene.mesh.regions):
-        sample = tag("rect", width=26, height=12, class_=f"region-{k % len(REGION_COLOURS)}")
+        sample = tag("rect", width=26, height=12, class_=f"region-{region_colour(k)}")
         regions.append(tag("li", tag("svg", sample, aria_hidden="true"), " ", name))
     legends = {
         "quality": _scale("Quality q", f"{low:g} or less", f"{high:g}, equilateral"),

@@ -18,7 +18,7 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import MeasuresInMetric, measures_of
 from bubblemesh.meshes.quality import TARGET_SPACING, signed_areas, spacing_ratios
 from bubblemesh.messages import shown, unknown
-from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style
+from bubblemesh.pictures.styles import INK, QUANTITIES, REGION_COLOURS, PlotOptionError, Style, region_colour
 from bubblemesh.records import record
 
 MANY = 10_000  # triangles, from which on each is too small to be seen
@@ -112,7 +112,7 @@ def _by_region(mesh: Mesh) -> Colouring:
     if not mesh.regions:
         raise PlotOptionError("color", "the mesh has no regions: its triangles have neither tags nor names")
     count = len(mesh.regions)
-    colors = ListedColormap([REGION_COLOURS[k % len(REGION_COLOURS)] for k in range(count)])
+    colors = ListedColormap([REGION_COLOURS[region_colour(k)] for k in range(count)])
     return Colouring(mesh.triangle_regions.astype(float), "material", colors, (-0.5, count - 0.5), mesh.regions)
 
 

@@ -228,7 +228,8 @@ def _add_triangles(
     style, points = options.look, edge * POINTS_PER_INCH
     # An array is drawn much faster than a list of arrays, but is missing in matplotlib's type annotations.
     corners: Any = mesh.points[mesh.triangles[shown, :3]]
-    seen = len(corners) < MANY and edge * axes.figure.dpi >= FEWEST_PIXELS
+    few = len(corners) < MANY or options.view is not None
+    seen = few and edge * axes.figure.dpi >= FEWEST_PIXELS
     visible = seen if options.edges is None else options.edges
     width = float(np.clip(EDGE_SHARE * points, *style.edges))
     if visible:

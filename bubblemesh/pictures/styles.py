@@ -20,9 +20,18 @@ SOFT = "#55636f"  # of texts and lines beside the mesh
 BARE = "#eef3f6"  # of triangles without a quantity
 # Dark enough for thin lines on white, pale enough under edges in ink, and distinct for colour-blind readers.
 LABEL_COLOURS = ("#1f5fa8", "#d1495b", "#2e8b57", "#8e44ad", "#c9820a", "#00798c", "#7f4f24", "#4a4e69")
-REGION_COLOURS = ("#cfe0f1", "#f4c9b4", "#d3dd8e", "#f6e5ae", "#f3c3d3", "#a5d8c9", "#c8c2e4", "#dcdcdc")
+REGION_COLOURS = (
+    *("#cfe0f1", "#f4c9b4", "#d3dd8e", "#f6e5ae", "#f3c3d3", "#a5d8c9", "#c8c2e4", "#dcdcdc"),
+    *("#e59a72", "#8fb8e0", "#a9bd4f", "#df86a8", "#5fb89f", "#e3c04d", "#9b8fd0", "#ababab"),
+    *("#c9a583", "#f28f8f", "#8fdcf0", "#9fbf93", "#e0a6e8", "#d8f5c8", "#7fa3b8", "#b8935a"),
+)
 SMALLEST, LARGEST = 10, 2400  # width in millimetres, and dots per inch
 LEAST_SHARE = 1e-12  # shortest side of a view over its largest coordinate: rounding leaves no numbers in shorter ones
+
+
+def region_colour(region: int) -> int:
+    """Number of the colour of a region: those of many come again, but for the first, which is mostly that around."""
+    return region if region == 0 else 1 + (region - 1) % (len(REGION_COLOURS) - 1)
 
 
 @record

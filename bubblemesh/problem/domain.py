@@ -1,6 +1,6 @@
 """The domain that a case describes: its rings, regions and lines as geometry."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -79,10 +79,9 @@ def _read(keys: DomainKeys) -> tuple[list[Area], InnerParts]:
 
 def _read_once(keys: DomainKeys) -> tuple[list[Area], InnerParts]:
     if isinstance(keys, RegionDomain):
-        parts = _inner_parts(keys)
-        return _covered(keys, parts), parts
+        return _covering(keys)
     areas = domain_areas(keys)  # they decide on the plane, if there is one
-    return areas, _inner_parts(keys)
+    return areas, _inner_parts(keys, areas)
 
 
 def _sea(case: Case) -> Domain:
@@ -99,7 +98,7 @@ def _sea(case: Case) -> Domain:
     if case.crs is None:
         require_one_unit_in_box(keys, case.spacing_terms)
     sea = sea_in_box(keys)
-    parts = _inner_parts(keys)
+    parts = _inner_parts(keys, [])  # no line is joined to the shore, whose detail is not known yet
     tell_places_by(given_places())
 
     def domain_of(sea: "Sea") -> Domain:
@@ -143,7 +142,7 @@ def domain_areas(keys: DomainKeys) -> list[Area]:
         case RingDomain():
             return _areas_of_rings(keys)
         case RegionDomain():
-            return _covered(keys, _inner_parts(keys))
+            return _covering(keys)[0]
         case FileDomain():
             return _areas_of_file(keys)
         case ShoreDomain():
@@ -201,10 +200,17 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
     return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
 
 
-def _inner_parts(keys: InnerKeys) -> InnerParts:
-    """Regions and what is embedded; errors say which one it is."""
+def _inner_parts(keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
+    """Regions in areas, and what is embedded; errors say which one it is."""
+    regions = tuple(_regions(keys))
+    return _with_embedded(InnerParts(regions, keys.region, periodic=keys.periodic), keys, areas)
+
+
+def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
+    """Regions in areas, with lines and points."""
     points, notes = points_of(keys)
-    return InnerParts(tuple(_regions(keys)), keys.region, tuple(lines_of(keys)), tuple(points), keys.periodic, notes)
+    lines = lines_of(keys, [ring for area in areas for ring in area.rings] + parts.rings)
+    return replace(parts, lines=tuple(lines), points=tuple(points), remarks=notes)
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region]:
@@ -250,6 +256,13 @@ def _regions_of_file(keys: RegionFile) -> list[Area]:
     if keys.corners is not None:
         labelled = followed_together(labelled, Following(keys.corners, keys.smooth, keys.tolerance))
     return drawn(labelled, keys)
+
+
+def _covering(keys: RegionDomain) -> tuple[list[Area], InnerParts]:
+    """Areas that the regions of files cover together, and these regions, with what is embedded."""
+    parts = InnerParts(tuple(_regions(keys)), keys.region, periodic=keys.periodic)
+    areas = _covered(keys, parts)
+    return areas, _with_embedded(parts, keys, areas)
 
 
 def _covered(keys: RegionDomain, parts: InnerParts) -> list[Area]:

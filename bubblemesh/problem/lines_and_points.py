@@ -1,6 +1,6 @@
 """Lines and points embedded in the domain of a case, as geometry."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence, Set
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,37 +9,80 @@ from bubblemesh.case.domain import FileDomain, InnerKeys
 from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.case.lines_and_points import LineFile, LineKeys, PointFile, PointKeys
 from bubblemesh.errors import Key, about, prefixed
-from bubblemesh.geometry import rings
+from bubblemesh.geometry.following import Following
 from bubblemesh.geometry.geography import projected_vertex
-from bubblemesh.geometry.paths import InnerPoint, OpenPath
+from bubblemesh.geometry.line_detail import simplified
+from bubblemesh.geometry.line_ends import joined, shared_vertices
+from bubblemesh.geometry.paths import InnerPoint, OpenPath, Point, Ring
+from bubblemesh.geometry.rings import open_path
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.shapes import pieces_of
 from bubblemesh.readers.selection import Selection
 
 DOMAIN = Key(["domain"])
+SMOOTH = 30.0  # degrees: vertices that turn by less may be those of a curve
+SEVERAL = 24  # of them are advised to be followed
 
 
-def lines_of(keys: InnerKeys) -> Iterator[OpenPath]:
-    """Lines that the keys of a domain describe, with those of the file that is the domain; errors name the line."""
-    made = 0
+def lines_of(keys: InnerKeys, rings: Sequence[Ring]) -> list[OpenPath]:
+    """Lines that the keys of a domain describe, with those of the file that is the domain; errors name the line.
+
+    Ends of lines may be joined to each other, and to the rings around the domain, its holes and its regions.
+    """
+    lines, models = list[OpenPath](), list[LineKeys | None]()
     for number, line in enumerate(keys.lines):
         key = Key((*DOMAIN, "lines", number))
-        with prefixed(f"line {made + 1}"), about(key):
+        with prefixed(f"line {len(lines) + 1}"), about(key):
             found = drawn(_lines(line), line)
         for path in found:
-            made += 1
-            yield replace(path, label=path.label or f"line-{made}", key=key, optional=line.outside == "skip")
+            label = path.label or f"line-{len(lines) + 1}"
+            lines.append(replace(path, label=label, key=key, optional=line.outside == "skip"))
+            models.append(line)
     if isinstance(keys, FileDomain):
         for path in drawn(readers.read_inner_lines(Path(keys.file), named_in_file(keys)), keys):
-            made += 1
-            yield replace(path, label=f"line-{made}", key=DOMAIN)
+            lines.append(replace(path, label=f"line-{len(lines) + 1}", key=DOMAIN))
+            models.append(None)
+    return _with_changes(lines, models, rings)
+
+
+def _with_changes(lines: list[OpenPath], models: Sequence[LineKeys | None], rings: Sequence[Ring]) -> list[OpenPath]:
+    """The lines, joined, simplified and followed as curves, if the keys that describe them say so."""
+    asked = [(0.0, 0.0, None) if model is None else _changes(model) for model in models]
+    joins, tolerances, follow = zip(*asked, strict=True) if asked else ((), (), ())
+    if not any(map(any, asked)):
+        return lines
+    lengths = [line.unit for line in lines]
+    joined_lines = joined(lines, [a * b for a, b in zip(joins, lengths, strict=True)], rings)
+    stay = shared_vertices(joined_lines, rings)
+    sparse = simplified(joined_lines, [a * b for a, b in zip(tolerances, lengths, strict=True)], rings, stay)
+    return [line if how is None else _followed(line, how, stay) for line, how in zip(sparse, follow, strict=True)]
+
+
+def _changes(line: LineKeys) -> tuple[float, float, Following | None]:
+    """The lengths up to which the ends of lines are joined and lines are simplified, and how they are followed."""
+    if not isinstance(line, LineFile):
+        return line.join or 0.0, 0.0, None
+    follow = None if line.corners is None else Following(line.corners, line.smooth, line.tolerance)
+    return line.join or 0.0, line.simplify or 0.0, follow
+
+
+def _followed(line: OpenPath, follow: Following, stay: Set[Point]) -> OpenPath:
+    with prefixed(line.origin or f"line {line.name}"), about(line.key):
+        return follow.along(line, stay)
 
 
 def _lines(line: LineKeys) -> list[OpenPath]:
     if not isinstance(line, LineFile):
-        return [rings.open_path(*pieces_of(line), line.label or "")]
+        return [open_path(*pieces_of(line), line.label or "")]
     found = readers.read_lines(Path(line.file), named_in_file(line))
     return [path.labelled(line.label) for path in found]
+
+
+def has_followable(lines: Sequence[OpenPath]) -> bool:
+    """Whether lines of files, which take the key, have several vertices that would be no nodes with some corners."""
+    of_files = [line for line in lines if line.origin is not None and line.key != DOMAIN]
+    follow = Following(SMOOTH)
+    return sum(len(line.vertices) - len(follow.along(line, set()).vertices) for line in of_files) >= SEVERAL
 
 
 def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:

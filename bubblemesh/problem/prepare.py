@@ -18,6 +18,7 @@ from bubblemesh.problem.crs import given_bounds, require_one_unit, sizes_in_metr
 from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
+from bubblemesh.problem.lines_and_points import has_followable
 from bubblemesh.problem.node_target import CLOSE, CountTrial, Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.slivers import open_gaps
@@ -177,14 +178,17 @@ def _warnings(
 ) -> tuple[str, ...]:
     """Warnings of a domain and its spacing at some scale."""
     filled = fitted.filled
+    edges = warnings.RefiningEdges.of(domain, fitted.short)
     detail = FinerSpacing(
         fitted.short,
         fitted.coarse,
+        edges,
         filled.gaps,
         filled.spacing,
         requested.survey.ideal_nodes,
         filled.expected_nodes,
         not domain.given_outlines and not any(region.area.outer.origin for region in domain.parts.regions),
+        has_followable(domain.parts.lines),
         task.file_length,
     )
     texts = (
@@ -192,7 +196,7 @@ def _warnings(
         *request.warnings,
         *warnings.sharp_angles(domain),
         # How many nodes detail takes is known for circles only.
-        *(warnings.refined_boundary(fitted.short, fitted.coarse) if request.metrics else warnings.detail(detail)),
+        *(warnings.refined_boundary(*detail[:3]) if request.metrics else warnings.detail(detail)),
         *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
         *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.requested),
     )

@@ -54,8 +54,12 @@ def outer_areas_of(keys: RingKeys) -> list[Area]:
 
 def hole_areas_of(keys: RingKeys) -> list[Area]:
     """Areas that some keys leave out of the mesh: within all rings that they describe, as these nest."""
+    if not isinstance(keys, FileRing):
+        return areas_of(keys)
+    if keys.repair:
+        return _finished(readers.read_shapes(Path(keys.file), selection_of(keys), united=True), keys)
     found = areas_of(keys)
-    return nested(found) if isinstance(keys, FileRing) and len(found) > 1 else found
+    return nested(found) if len(found) > 1 else found
 
 
 def areas_of(keys: RingKeys) -> list[Area]:

@@ -119,40 +119,69 @@ def _samples(domain: Domain) -> tuple[Integers, Floats]:
     return piece[chord], s[chord] + (part + 0.5) * step[chord] / parts[chord]
 
 
+class RefiningEdges(NamedTuple):
+    """Numbers of the edges that are shorter than the spacing."""
+
+    of_boundary: int  # and of borders between regions
+    of_lines: int
+    loose: int  # of those of the boundary that end in a vertex where nothing else does
+
+    @classmethod
+    def of(cls, domain: Domain, short: Sources) -> "RefiningEdges":
+        """The edges at whose ends a spacing is made finer, two ``short`` sources for each."""
+        boundary = domain.boundary.select(np.flatnonzero(~domain.boundary.closed))
+        corner = np.column_stack([boundary.start, boundary.end])
+        embedded = boundary.inner & (boundary.left == boundary.right)
+        of_lines = set(map(bytes, boundary.corners[corner[embedded]]))
+        degree = np.bincount(corner.ravel(), minlength=len(boundary.corners))
+        single = set(map(bytes, boundary.corners[degree == 2]))
+        edges = [edge for edge in short.points.reshape(-1, 2, 2) if bytes(edge) not in of_lines]
+        loose = sum(bytes(a) in single or bytes(b) in single for a, b in edges)
+        return cls(len(edges), len(short) // 2 - len(edges), loose)
+
+    def __str__(self) -> str:
+        numbers = {("boundary edge", ""): self.of_boundary, ("edge", " of lines"): self.of_lines}
+        return " and ".join(f"{counted(number, noun)}{of}" for (noun, of), number in numbers.items() if number)
+
+
 class FinerSpacing(NamedTuple):
     """Reasons that make the spacing of a packing finer than the one that a case asks for, and the nodes with it."""
 
-    short: Sources  # edges of the boundary
+    short: Sources  # edges of the boundary and of lines
     coarse: Sources  # places on tight curves
+    edges: RefiningEdges
     gaps: Sources  # across narrow parts
     spacing: LimitedSpacing  # of the packing
     ideal_nodes: float  # of the spacing that the case asks for
     expected_nodes: float
     followable: bool  # whether rings could be followed as curves, and none is
+    followable_lines: bool  # whether lines of files could be
     file_length: float | None  # in the case, of 1 in a file with regions that are not simplified yet
 
 
 def detail(found: FinerSpacing) -> list[str]:
     """Warnings of short edges and tight curves that made the spacing finer; one if all detail takes many nodes.
 
-    Rings of regions that share borders are not followed as curves: where a file has such, they can be simplified.
+    Rings of regions that share borders are not followed as curves: where a file has such, they can be simplified, but
+    for vertices in which borders meet.
     """
     at = found.spacing.ratio_at
     steep = found.spacing.steepest is not None  # which takes nodes as well, and has a warning
-    edges = f"{counted(len(found.short) // 2, 'boundary edge')} shorter than the spacing"
+    edges = f"{found.edges} shorter than the spacing"
     causes = {edges: found.short, "tight curves": found.coarse, "narrow parts": found.gaps}
     few = found.expected_nodes < MANY_TIMES * found.ideal_nodes
     if few or at is None or steep or not any(map(len, causes.values())):
-        return refined_boundary(found.short, found.coarse)
+        return refined_boundary(found.short, found.coarse, found.edges)
     size = found.spacing.ratio * float(found.spacing.spacing(np.array([at]))[0])
     simplify = (
         f"simplify: {SIMPLE * size / (found.file_length or 1.0):.1g} in the file leaves out vertices of short edges"
     )
     corners = "corners: 30 in the ring or file takes short edges for curves"
-    several = len(found.short) >= 2 * SEVERAL
+    of_lines = "corners: 30 beside the file of the lines takes short edges for curves, simplify leaves out vertices"
     keys = {
-        simplify: several and found.file_length is not None,
-        corners: several and found.followable,
+        simplify: found.edges.loose >= SEVERAL and found.file_length is not None,
+        corners: found.edges.of_boundary >= SEVERAL and found.followable,
+        of_lines: found.edges.of_lines >= SEVERAL and found.followable_lines,
         "across: 0 in the spacing leaves narrow parts as they are": len(found.gaps) > 0,
     }
     advice = ", ".join(key for key, helps in keys.items() if helps)
@@ -163,15 +192,14 @@ def detail(found: FinerSpacing) -> list[str]:
     ]
 
 
-def refined_boundary(short: Sources, coarse: Sources) -> list[str]:
+def refined_boundary(short: Sources, coarse: Sources, edges: RefiningEdges) -> list[str]:
     """Warnings of short edges and tight curves that made the spacing finer."""
     warnings = []
     if len(short):
         k = int(short.sizes.argmin())
-        several = f"{len(short) // 2} boundary edges are" if len(short) > 2 else "1 boundary edge is"
         warnings.append(
-            f"{several} shorter than the spacing, the shortest ({short.sizes[k]:.3g}) at "
-            f"{place(short.points[k])}: the mesh is finer around them"
+            f"{edges} {'are' if len(short) > 2 else 'is'} shorter than the spacing, the shortest "
+            f"({short.sizes[k]:.3g}) at {place(short.points[k])}: the mesh is finer around them"
         )
     if len(coarse):
         k = int(coarse.sizes.argmin())

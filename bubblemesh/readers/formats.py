@@ -115,16 +115,20 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
-def read_shapes(path: Path, selection: Selection) -> list[Area]:
+def read_shapes(path: Path, selection: Selection, united: bool = False) -> list[Area]:
     """Areas and closed rings of a file, nested or not, or those in the selection's part.
 
-    The first ring has the notes on the whole file; the same errors as `read_areas`.
+    A repair mends each by itself; with ``united`` they nest first, and those that overlap become one. The first ring
+    has the notes on the whole file; the same errors as `read_areas`.
     """
     with prefixed(path):
         chosen = _chosen(path, selection)
         areas = [*chosen.areas, *map(Area, chosen.loose)]
-        if selection.repair is not None:
-            areas = selection.repair(areas, united=False)
+        repair = selection.repair
+        if repair is not None and united and repair.mend:
+            areas = repair(areas_by_nesting(chosen.areas, chosen.loose, None))
+        elif repair is not None:
+            areas = repair(areas, united=False)
         if selection.part is not None:
             areas = chosen_areas(areas, selection.part)
     return _finished(path, chosen.factor, areas, chosen.notes)
@@ -171,6 +175,11 @@ def _chosen(path: Path, selection: Selection, is_map: bool = False) -> Chosen:
     found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
     notes = [*content.notes, *found.notes, *size_notes]
+    if selection.join is not None and found.areas and not any(one.curves for one in features):
+        notes.append(
+            f"join: {selection.join:g} does nothing here, as it is for ends of lines, and there are only polygons: "
+            f"repair: {{gap: {selection.join:g}}} closes gaps between these"
+        )
     return Chosen(areas, found.loose, content.hole_points, notes, selection.factor(content))
 
 

@@ -39,6 +39,10 @@ def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> 
         known = dict.fromkeys(
             [LAYER] * any(one.layer for one in features) + [k for one in features for k in one.properties]
         )
+        if key in known:
+            used = [other for other in known if any(_value(one, other) for one in features)]
+            more = f"those with values: {', '.join(used)}" if used else "no property has values"
+            raise CaseError(f"no feature has a value of the property {key!r}: name the regions by another one; {more}")
         raise CaseError(unknown("property", key, known) if known else "its features have no properties to name them by")
     notes = [f"left out: {counted(len(nameless), 'feature')} without {key}"] if nameless else []
     void = [name for name, members in groups.items() if all(one.is_empty for one in members)]

@@ -65,7 +65,7 @@ def test_the_page_quotes_what_is_said():
 def test_phrases_of_keys_and_notes_are_those_of_the_source():
     sources = "".join(
         re.sub(r"\{[^{}\"]*\}", "...", path.read_text())
-        for room in ("case", "layers", "readers")
+        for room in ("case", "geometry", "layers", "readers")
         for path in sorted((PACKAGE / room).rglob("*.py"))
     )
     assert [phrase for phrase in sorted(quoted()[1]) if phrase not in sources] == []

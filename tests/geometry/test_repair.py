@@ -87,6 +87,39 @@ def test_areas_that_overlap_or_share_a_side_become_one():
     assert area(made) == 4 + 4 - 1 + 1 + 1
 
 
+def grains(inner):
+    """Four areas of a square that meet in two points, (1, 1) and another one."""
+    (x, y), first = inner, (1, 1)
+    corners = [(0, 0), (1, 0), first, (0, 1)], [(1, 0), (2, 0), (2, y), (x, y), first]
+    corners = *corners, [(2, y), (2, 2), (1, 2), (x, y)], [(0, 1), first, (x, y), (1, 2), (0, 2)]
+    return [Area(rings.polygon(points)) for points in corners]
+
+
+def test_borders_that_are_too_short_become_points():
+    made = Repair(simplify=0.05)(grains((1.01, 1.02)), united=False)
+    assert {len({*one.outer.vertices} & {(1, 1)}) for one in made} == {1}
+    assert shapely.coverage_is_valid([shapely.Polygon(one.outer.outline) for one in made])
+    assert sum(shapely.Polygon(one.outer.outline).area for one in made) == pytest.approx(4)
+    ((what, _),) = told(made)
+    assert what == "1 short border between areas closed to a point, up to 0.0224 off"
+
+
+def test_longer_borders_stay():
+    made = Repair(simplify=0.02)(grains((1.01, 1.02)), united=False)
+    assert told(made) == []
+
+
+def test_areas_that_would_vanish_stay():
+    small = [(1, 1), (1.01, 1), (1, 1.01)]
+    around = (
+        [(0, 0), (4, 0), small[1], small[0]],
+        [(4, 0), (0, 4), small[2], small[1]],
+        [(0, 4), (0, 0), small[0], small[2]],
+    )
+    made = Repair(simplify=0.1)([Area(rings.polygon(points)) for points in (small, *around)], united=False)
+    assert [len(one.outer.vertices) for one in made] == [3, 4, 4, 4]
+
+
 def test_gaps_between_areas_are_closed_up_to_the_tolerance():
     given = [Area(square(0, 0, 1)), Area(square(1.01, 0, 1)), Area(square(2.1, 0, 1))]
     assert len(MEND(given)) == 3
@@ -94,7 +127,7 @@ def test_gaps_between_areas_are_closed_up_to_the_tolerance():
     assert len(made) == 2
     assert area(made) == pytest.approx(3.01, abs=1e-7)
     assert [what for what, _ in told(made)] == ["gap between areas closed"]
-    assert sorted(len(one.outer.vertices) for one in made) == [4, 8]
+    assert sorted(len(one.outer.vertices) for one in made) == [4, 4]
 
 
 def test_small_islands_and_holes_are_left_out():

@@ -24,6 +24,7 @@ from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.read import read_mesh, read_triangles
 from bubblemesh.meshfiles.writing import write_file
 from bubblemesh.pages.scene import Scene
+from bubblemesh.pictures import plots
 from bubblemesh.pictures.colouring import QUALITY
 from bubblemesh.pictures.plots import MeshData, PlotOptions, draw_mesh, mesh_figure
 from bubblemesh.pictures.styles import BARE, INK, PlotOptionError
@@ -247,6 +248,27 @@ def test_many_labels_are_told_apart_only_where_asked_for(mesh):
     legend = legend_of(mesh_figure(many, PlotOptions(color="label")))
     assert legend == [*labels[:23], "and 7 more"]
     assert len(lines_of(mesh_figure(many, PlotOptions(color="label")))) == 30
+
+
+def test_the_colour_of_the_first_region_is_that_of_no_other(mesh):
+    regions = tuple(f"r{i}" for i in range(60))
+    many = dataclasses.replace(mesh, regions=regions, triangle_regions=np.arange(len(mesh.triangles)) % 60)
+    figure = mesh_figure(many, PlotOptions(color="material"))
+    colours = list(map(to_hex, figure.axes[0].collections[0].cmap.colors))
+    assert len(colours) == 60
+    assert len(set(colours)) == len(set(colours[:24])) == 24
+    assert colours.count(colours[0]) == 1
+
+
+def test_edges_of_many_triangles_are_seen_in_a_view(mesh, monkeypatch):
+    def width(**options):
+        drawn = mesh_figure(mesh, PlotOptions(color="quality", **options)).axes[0].collections[0]
+        return drawn.get_linewidth()[0]
+
+    monkeypatch.setattr(plots, "MANY", 3)
+    x0, y0 = mesh.points.min(axis=0).tolist()
+    seen = width(view=(x0, y0, x0 + 1, y0 + 1))
+    assert seen == width(view=(x0, y0, x0 + 1, y0 + 1), edges=True) != width(edges=False)
 
 
 def test_a_legend_fits_into_the_width(mesh):

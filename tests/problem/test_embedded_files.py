@@ -88,7 +88,7 @@ class TestLines:
         with pytest.raises(CaseError, match=r"line 1: .*a\.wkt: there is no line in it \(but 1 point\)"):
             domain_of(SQUARE + ", lines: [{file: a.wkt}]", a_wkt="POINT (1 1)")
 
-    @pytest.mark.parametrize("keys", ["{file: a.csv, corners: 30}", "{file: a.csv, part: all}", "{label: a}"])
+    @pytest.mark.parametrize("keys", ["{file: a.csv, repair: true}", "{file: a.csv, part: all}", "{label: a}"])
     def test_keys_of_rings_are_none_of_lines(self, domain_of, keys):
         with pytest.raises(CaseError, match=r"domain\.lines\.0"):
             domain_of(SQUARE + f", lines: [{keys}]", a_csv="0 0\n1 1\n")

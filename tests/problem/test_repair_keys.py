@@ -116,6 +116,91 @@ def test_the_report_has_the_repairs():
     assert "repairs" not in mesh_case(case("{outer: {rectangle: [0, 0, 1, 1]}}")).report
 
 
+HOUSES = "[[20, 20], [40, 20], [40, 40], [20, 40]]", "[[40.001, 20], [60, 20], [60, 40], [40.001, 40]]"
+
+
+def holes_of(tmp_path, *corners):
+    """A text of holes of one file, whose features are polygons."""
+    rings = [json.loads(ring) for ring in corners]
+    shapes = [{"type": "Polygon", "coordinates": [[*ring, ring[0]]]} for ring in rings]
+    features = [{"type": "Feature", "properties": {"id": k}, "geometry": shape} for k, shape in enumerate(shapes)]
+    (tmp_path / "a.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    return f"{{file: {tmp_path}/a.geojson, label: b, KEYS}}"
+
+
+class TestHoles:
+    """Holes that overlap, touch, or leave a narrow gap."""
+
+    def test_a_gap_is_closed_without_leaving_short_edges(self):
+        holes = ", ".join(f"{{polygon: {ring}, label: b}}" for ring in HOUSES)
+        found = domain(f"{{outer: {{rectangle: [0, 0, 100, 100]}}, holes: [{holes}], repair: {{gap: 0.05}}}}")
+        assert (found.hole_count, found.polygon.area) == (1, 10000 - 800)
+        assert [(change.what, round(change.area, 9)) for change in found.changes] == [
+            ("gap between holes closed", -0.02)
+        ]
+        assert found.boundary.lengths.min() == pytest.approx(20)
+
+    def test_the_gap_is_that_of_the_file_before_its_scale(self, tmp_path):
+        text = "{outer: {rectangle: [0, 0, 1000, 1000]}, holes: [" + holes_of(tmp_path, *HOUSES) + "]}"
+        for gap, count in ((0.0005, 2), (0.005, 1)):
+            found = domain(text.replace("KEYS", f"scale: 10, repair: {{gap: {gap}}}"))
+            assert found.hole_count == count
+
+    @pytest.mark.parametrize("second", ["[[40, 20], [60, 20], [60, 40], [40, 40]]", "[[30, 30], [60, 30], [60, 50]]"])
+    def test_holes_of_a_file_are_united(self, tmp_path, second):
+        text = "{outer: {rectangle: [0, 0, 100, 100]}, holes: [" + holes_of(tmp_path, HOUSES[0], second) + "]}"
+        with pytest.raises(BubblemeshError, match=r"into one hole; repair: true in domain\.holes\.0 mends it"):
+            domain(text.replace(", KEYS", ""))
+        found = domain(text.replace("KEYS", "repair: true"))
+        assert found.hole_count == 1
+        assert [change.what.endswith(" united") for change in found.changes] == [True]
+
+    def test_the_hole_of_a_hole_is_meshed(self, tmp_path):
+        corners = "[[10, 10], [50, 10], [50, 50], [10, 50]]", "[[20, 20], [40, 20], [40, 40], [20, 40]]"
+        text = "{outer: {rectangle: [0, 0, 100, 100]}, holes: [" + holes_of(tmp_path, *corners) + "]}"
+        for keys in ("smallest: 1", "repair: true"):
+            found = domain(text.replace("KEYS", keys))
+            assert (found.hole_count, found.piece_count, found.polygon.area) == (1, 2, 10000 - 1600 + 400)
+
+    def test_houses_around_a_yard_leave_it(self):
+        sides = "[10, 10, 50, 20]", "[10, 40.001, 50, 50]", "[10, 20.001, 20, 40]", "[40, 20.001, 50, 40]"
+        holes = ", ".join(f"{{rectangle: {side}}}" for side in sides)
+        found = domain(f"{{outer: {{rectangle: [0, 0, 100, 100]}}, holes: [{holes}], repair: {{gap: 0.01}}}}")
+        assert (found.hole_count, found.piece_count) == (1, 2)
+        assert found.polygon.area == pytest.approx(10000 - 1600 + 400, abs=0.05)
+
+    def test_holes_of_one_area_are_joined(self, tmp_path):
+        rings = "(0 0, 9 0, 9 9, 0 9, 0 0), (1 1, 4 1, 4 4, 1 4, 1 1), (4.001 2, 6 2, 6 3, 4.001 3, 4.001 2)"
+        (tmp_path / "a.wkt").write_text(f"POLYGON ({rings})")
+        assert domain(f"{{file: {tmp_path}/a.wkt, repair: {{gap: 0.01}}}}").hole_count == 1
+
+    def test_join_of_polygons_is_told_to_do_nothing(self, tmp_path):
+        text = "{outer: {rectangle: [0, 0, 100, 100]}, holes: [" + holes_of(tmp_path, *HOUSES) + "]}"
+        (note,) = domain(text.replace("KEYS", "join: 0.05")).notes
+        assert "join: 0.05 does nothing here" in note
+        assert note.endswith("repair: {gap: 0.05} closes gaps between these")
+
+
+def test_a_closed_gap_leaves_no_edges_as_short(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("0 0\n20 0\n20 20\n0 20\n\n20.001 0.0004\n40 0\n40 20\n20.001 20\n")
+    found = domain(f"{{file: {path}, repair: {{gap: 0.05}}}}")
+    assert found.boundary.lengths.min() > 19
+    assert found.polygon.area == pytest.approx(800, abs=0.02)
+
+
+def test_labels_beside_a_closed_gap_stay():
+    corners = "[[0, 0], [2, 0], [2, 2], [0, 2]]", "[[2.001, 0], [4, 0], [4, 2], [2.001, 2]]"
+    labels = "[a, b, c, d]", "[e, f, g, h]"
+    rings = ", ".join(f"{{polygon: {ring}, labels: {names}}}" for ring, names in zip(corners, labels, strict=True))
+    found = domain(f"{{outer: [{rings}], repair: {{gap: 0.01}}}}")
+    boundary = found.boundary
+    names = [boundary.labels[k] for k in boundary.label]
+    assert dict(zip(names, boundary.lengths.tolist(), strict=True)) == pytest.approx(
+        {"a": 2, "e": 2, "f": 2, "g": 2, "c": 2, "d": 2}, abs=0.002
+    )
+
+
 def test_a_repair_with_nothing_to_mend_keeps_the_holes():
     text = "domain: {outer: {rectangle: [0, 0, 6, 6]}, holes: [{rectangle: [1, 1, 5, 5]}], repair: true}\nspacing: 1\n"
     found = case_domain(load_case("x.yaml", text=text))

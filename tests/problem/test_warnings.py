@@ -6,7 +6,7 @@ import pytest
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.geometry.rings import ArcTo, LineTo, circle, path, polygon, rectangle
-from bubblemesh.problem.warnings import narrow_parts, poor_result, refined_boundary, sharp_angles
+from bubblemesh.problem.warnings import RefiningEdges, narrow_parts, poor_result, refined_boundary, sharp_angles
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -16,6 +16,13 @@ def uniform(d):
 
 
 NONE = Sources(np.zeros((0, 2)), np.zeros(0))
+
+
+def _refined(domain, spacing, coarse=NONE):
+    short = short_pieces(domain, spacing)
+    return refined_boundary(short, coarse, RefiningEdges.of(domain, short))
+
+
 RADIAL = Spacing(lambda x, y: np.hypot(x, y) / 8)
 SQUARE = rectangle(-1, -1, 1, 1)
 ECCENTRIC = path(
@@ -135,20 +142,20 @@ def test_walls_wider_than_the_spacing_are_not_narrow(domain, d, width):
 
 def test_short_edges_are_counted_and_the_shortest_is_named():
     domain = Domain.of(polygon([(0, 0), (1, 0), (1, 0.97), (0.96, 1), (0.02, 1), (0, 0.98)]))
-    (warning,) = refined_boundary(short_pieces(domain, uniform(0.1)), NONE)
+    (warning,) = _refined(domain, uniform(0.1))
     assert "2 boundary edges are shorter than the spacing" in warning
     assert "(0.0283) at (0.02, 1)" in warning
 
 
 def test_one_short_edge_is_not_a_plural():
     domain = Domain.of(polygon([(0, 0), (1, 0), (1, 0.97), (0.96, 1), (0, 1)]))
-    (warning,) = refined_boundary(short_pieces(domain, uniform(0.1)), NONE)
+    (warning,) = _refined(domain, uniform(0.1))
     assert "1 boundary edge is shorter than the spacing, the shortest (0.05) at (1, 0.97)" in warning
 
 
 def test_tight_curve_is_named():
     domain = Domain.of(SQUARE, [circle((0, 0), 0.05)])
-    (warning,) = refined_boundary(NONE, coarse_curves(domain, uniform(0.2)))
+    (warning,) = refined_boundary(NONE, coarse_curves(domain, uniform(0.2)), RefiningEdges(0, 0, 0))
     assert "too coarse for the curve at" in warning
     assert "reduced to 0.0524" in warning
 
@@ -157,7 +164,7 @@ def test_tight_curve_is_named():
 def test_boundary_that_fits_the_spacing_is_not_mentioned(domain, spacing):
     if spacing(np.array([[1.0, 1.0]]))[0] == 0.08:
         return  # the slot's end is shorter than its spacing
-    assert refined_boundary(short_pieces(domain, spacing), coarse_curves(domain, spacing)) == []
+    assert _refined(domain, spacing, coarse_curves(domain, spacing)) == []
 
 
 def figures(nodes=1000, boundary=100, quality=0.7):

@@ -152,6 +152,15 @@ def test_what_regions_of_a_file_cannot_be(found, keys, kind, message):
         found(f"{{regions: {{file: land.geojson, {keys}}}}}", west=WEST, east=EAST)
 
 
+def test_a_property_without_values_is_no_name(tmp_path):
+    pytest.importorskip("svgelements")
+    rect = '<rect id="a" width="40" height="30" fill="#eee"/>'
+    (tmp_path / "a.svg").write_text(f'<svg xmlns="http://www.w3.org/2000/svg" width="40" height="30">{rect}</svg>')
+    (tmp_path / "a.yaml").write_text("domain: {regions: {file: a.svg, name: class}}\nspacing: 10\n")
+    with pytest.raises(CaseError, match=r"no feature has a value of the property 'class': .*; those with values: id"):
+        case_domain(load_case(tmp_path / "a.yaml"))
+
+
 def test_a_name_is_needed(found):
     with pytest.raises(CaseError, match=r"domain\.regions.*\.name: is missing"):
         found("{regions: {file: land.geojson}}", west=WEST)

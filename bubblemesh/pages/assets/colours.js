@@ -24,7 +24,9 @@ function triangleColours(mesh, colouring) {
   if (colouring === "none") return colours.fill(packedColour(styleColour("--bare")));
   const table = tables[colouring];
   if (colouring === "region") {
-    for (let t = 0; t < mesh.triangles; t++) colours[t] = table[mesh.region[t] % table.length];
+    // Colours come again, but for the first, which is mostly that of what is around all others.
+    const colourOf = (region) => (region === 0 ? 0 : 1 + ((region - 1) % (table.length - 1)));
+    for (let t = 0; t < mesh.triangles; t++) colours[t] = table[colourOf(mesh.region[t])];
     return colours;
   }
   const [low, high] = head.limits[colouring];
