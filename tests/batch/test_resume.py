@@ -101,7 +101,8 @@ def test_a_batch_that_ends_has_the_rows_of_its_own_cases_alone(done):
 def test_an_option_that_is_wrong_for_all_cases_is_refused_before_anything_is_written(option, of_command, done):
     before = Path("out/summary.jsonl").read_bytes()
     (name,) = option
-    with pytest.raises(CaseError, match=f"^{'--' if of_command else ''}{name}: "):
+    start = "--" if of_command else r"(load_case\(\): )?"
+    with pytest.raises(CaseError, match=f"^{start}{name}: "):
         rows_of("cases", folder="out", overrides=overrides_of(**option, of_command=of_command))
     assert Path("out/summary.jsonl").read_bytes() == before
 

@@ -126,7 +126,7 @@ def test_the_cases_have_what_tells_writers_apart(made):
     plate, disc, areas = made("plate"), made("disc"), made("areas")
     mesh, _ = joined(plate)
     holders = [np.unique(mesh.partition.owner[mesh.triangle_regions == k]) for k in range(len(mesh.regions))]
-    assert [len(parts) for parts in holders] == [5, 3, 1, 1]
+    assert [len(parts) for parts in holders] == [5, 2, 1, 1]
     known = np.concatenate([mesh.facets.ravel(), mesh.partition.interfaces[:, 2]])
     assert set(mesh.triangles[mesh.triangle_regions == 3].ravel()) <= set(known.tolist())  # no nodes of its own
     assert len(mesh.periodic)
