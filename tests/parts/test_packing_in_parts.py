@@ -394,7 +394,9 @@ def test_the_line_that_lands_best_is_found():
         x = np.array([(wall, k / 10 + off) for wall, off in zip(walls, shift, strict=True) for k in range(-5, 5)])
         crossings = np.column_stack([walls, np.zeros(4)])
         near = x[np.abs(x[:, 1]) <= 0.1]
-        found = Landings(x, np.full(len(x), 0.1), np.full(len(x), 0.1)).near(np.zeros(2), np.array([1.0, 0.0]), crossings)
+        found = Landings(x, np.full(len(x), 0.1), np.full(len(x), 0.1)).near(
+            np.zeros(2), np.array([1.0, 0.0]), crossings
+        )
 
         def missed(at, slope, near=near, walls=walls):
             heights = at[1] + slope * (walls - at[0])

@@ -134,7 +134,9 @@ def test_an_array_that_lacks_is_told(tmp_path):
 def test_numbers_that_are_not_there_in_a_raster_of_an_expression_are_told_with_the_place(tmp_path):
     save(tmp_path / "m.npz", m11=np.where(X > 0.7, np.nan, M11))
     spacing = {"value": 0.2, "raster": {"file": "m.npz", "name": "m11"}}
-    with pytest.raises(BubblemeshError, match=r"spacing\.raster: .*m\.npz: m11: is nan in row 0, column 14 .*\(0\.7, 0\)"):
+    with pytest.raises(
+        BubblemeshError, match=r"spacing\.raster: .*m\.npz: m11: is nan in row 0, column 14 .*\(0\.7, 0\)"
+    ):
         prepare(case_with(tmp_path, {"m11": "raster.m11", "m22": 100}, spacing))
 
 
