@@ -119,8 +119,7 @@ class _Work:
         """The ring along points (n, 2): one of those at the begin, if it has the same ones."""
         known = self._known.get(_fingerprint(points))
         if known is not None:
-            ring = known.pop(0) if len(known) > 1 else known[0]  # of equal ones each stays the one that it is
-            return replace(ring, notes=(), changes=())
+            return replace(known, notes=(), changes=())
         ahead = np.roll(points, -1, axis=0)
         near = self._chords.nearest(shapely.points((points + ahead) / 2))
         side, (number, _) = self._sides[near], self._numbers[near].T
@@ -147,14 +146,11 @@ class _Work:
     def is_curved(self, points: Floats) -> bool:
         """Whether the ring along points (n, 2) is one of those at the begin and has curves."""
         known = self._known.get(_fingerprint(points))
-        return known is not None and not all(isinstance(side.curve, Line) for side in known[0].sides)
+        return known is not None and not all(isinstance(side.curve, Line) for side in known.sides)
 
     @cached_property
-    def _known(self) -> dict[bytes, list[Ring]]:
-        found: dict[bytes, list[Ring]] = {}
-        for points, ring in zip(self.outlines, self.rings, strict=True):
-            found.setdefault(_fingerprint(points), []).append(ring)
-        return found
+    def _known(self) -> dict[bytes, Ring]:
+        return {_fingerprint(points): ring for points, ring in zip(self.outlines, self.rings, strict=True)}
 
     @cached_property
     def vertices(self) -> set[Point]:
