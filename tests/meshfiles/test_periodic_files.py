@@ -128,20 +128,25 @@ spacing: 0.3
 """
 
 
+def open_in_place(gmsh, mesh, folder, form, ignored):
+    """Write a mesh and let Gmsh open it; its nodes have to stay where they are."""
+    write_files(mesh, {}, {}, folder, "cell", [form])
+    gmsh.option.setNumber("Mesh.IgnorePeriodicity", ignored)
+    try:
+        gmsh.open(str(folder / "cell.msh"))
+    finally:
+        gmsh.option.setNumber("Mesh.IgnorePeriodicity", 1)
+    numbers, places, _ = gmsh.model.mesh.getNodes()
+    np.testing.assert_allclose(places.reshape(-1, 3)[np.argsort(numbers), :2], mesh.points, atol=1e-14)
+
+
 @pytest.mark.parametrize("ignored", [0, 1])
 @pytest.mark.parametrize("form", ["msh", "msh-ascii", "msh4"])
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("text", [RING, WEDGE, QUARTER], ids=["ring", "with its tip", "two pairs"])
 def test_gmsh_reads_how_sides_are_turned(gmsh, tmp_path, text, order, form, ignored):
     mesh = mesh_of(text) if order == 1 else mesh_of(text).second_order()[0]
-    write_files(mesh, {}, {}, tmp_path, "cell", [form])
-    gmsh.option.setNumber("Mesh.IgnorePeriodicity", ignored)
-    try:
-        gmsh.open(str(tmp_path / "cell.msh"))
-    finally:
-        gmsh.option.setNumber("Mesh.IgnorePeriodicity", 1)
-    numbers, places, _ = gmsh.model.mesh.getNodes()
-    np.testing.assert_allclose(places.reshape(-1, 3)[np.argsort(numbers), :2], mesh.points, atol=1e-14)
+    open_in_place(gmsh, mesh, tmp_path, form, ignored)
     if ignored:
         return
     for sides in mesh.periodic_sides:
@@ -210,14 +215,7 @@ LABELLED = "points: [{at: [0, 0], label: origin}, {at: [0.5, 0.5], label: middle
 def test_gmsh_leaves_nodes_where_they_are(gmsh, tmp_path, form, others, points, ignored, order):
     mesh = mesh_of(PAIRED.replace("PAIRS", OTHERS[others]).replace("POINTS", points))
     mesh = mesh if order == 1 else mesh.second_order()[0]
-    write_files(mesh, {}, {}, tmp_path, "cell", [form])
-    gmsh.option.setNumber("Mesh.IgnorePeriodicity", ignored)
-    try:
-        gmsh.open(str(tmp_path / "cell.msh"))
-    finally:
-        gmsh.option.setNumber("Mesh.IgnorePeriodicity", 1)
-    numbers, places, _ = gmsh.model.mesh.getNodes()
-    np.testing.assert_allclose(places.reshape(-1, 3)[np.argsort(numbers), :2], mesh.points, atol=1e-14)
+    open_in_place(gmsh, mesh, tmp_path, form, ignored)
     names = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
     assert names - {"periodic-ends"} == {*mesh.labels, *mesh.regions, *mesh.point_labels}
 
