@@ -46,7 +46,7 @@ class DataTerm(Strict):
         name = getattr(self, "file", None)
         if name is not None:
             # Imported here since few cases have data.
-            from bubblemesh.meshfiles.companions import files_beside
+            from bubblemesh.meshfiles.sources.table import files_beside
 
             yield Path(name)
             yield from files_beside(Path(name))

@@ -43,7 +43,7 @@ def write_again(
     path: Path, read: "MeshOfFile", keys: "Output", options: "OutputOptions", as_json: bool, quiet: bool
 ) -> None:
     """Write the mesh of a file where and as the options say over the keys, and show what was written."""
-    from bubblemesh.meshfiles.companions import files_beside
+    from bubblemesh.meshfiles.sources.table import files_beside
     from bubblemesh.run.output import destination_beside, stream_destination
 
     place = (

@@ -4,7 +4,7 @@ import gzip
 import lzma
 import re
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BufferedReader, TextIOWrapper
 from pathlib import Path, PurePath
@@ -19,18 +19,11 @@ Text = TypeVar("Text", str, bytes)
 MOST_UNPACKED = 1_000_000_000  # bytes
 CHUNK = 1 << 20
 MOST_ENDS = 1000  # how often the end may be read
-HDF = (".h5", ".h5m", ".hmf", ".med", ".cgns")
 INCLUDE = re.compile(rb"^[ \t]*\*[* \t]*include", re.IGNORECASE | re.MULTILINE)
 
 
-def require_contained(path: Path) -> None:
-    """Check the files to which a mesh file refers: FileError if one is not beside it, LimitError for too much data."""
-    ending = path.suffix.lower()
-    if ending in CHECKS:
-        CHECKS[ending](path)
-
-
-def _check_hdf(path: Path) -> None:
+def check_hdf(path: Path) -> None:
+    """Check an HDF file: FileError if a part is in another file, LimitError for too much data."""
     _require_little(sum(_sizes(path).values()))
 
 
@@ -57,7 +50,8 @@ def _sizes(path: Path) -> dict[str, int]:
     return sizes
 
 
-def _check_xdmf(path: Path) -> None:
+def check_xdmf(path: Path) -> None:
+    """Check an XDMF file: FileError if data are neither in it nor in an HDF file beside it, LimitError for too much."""
     sizes: dict[Path, dict[str, int]] = {}
     total = 0
     for other, inside in _parts_of_xdmf(path):
@@ -83,42 +77,36 @@ def _parts_of_xdmf(path: Path) -> Iterator[tuple[Path, str]]:
 
 
 def files_of_xdmf(path: Path) -> Iterator[Path]:
-    """The files with data of an XDMF file; the same errors as `require_contained`, and those of the reader of XML."""
+    """The files with data of an XDMF file; the same errors as `check_xdmf`, and those of the reader of XML."""
     return (other for other, _ in _parts_of_xdmf(path))
 
 
-def _check_include(path: Path) -> None:
+def check_include(path: Path) -> None:
+    """Check an input file of Abaqus: FileError if it includes another one."""
     if INCLUDE.search(read_bytes(path)):
         raise FileError("it includes another file: write all into one")
 
 
-def _check_pair(path: Path) -> None:
+def check_pair(path: Path) -> None:
+    """Check that both files of a mesh of Triangle can be read, and lie in the folders that may be."""
     for ending in (".node", ".ele"):
         require_readable(path.with_suffix(ending))
 
 
-def _check_functions(path: Path) -> None:
+def check_functions(path: Path) -> None:
+    """Check the files beside that hold the functions on a mesh of DOLFIN."""
     for other in path.parent.iterdir():
         if other.name.startswith(f"{path.stem}_") and other.suffix == path.suffix:
             require_readable(other)
 
 
-def _check_gzip(path: Path) -> None:
+def check_gzip(path: Path) -> None:
+    """Check a compressed file: LimitError if it unpacks to too much."""
     size = 0
     with opened(path) as stream, gzip.open(stream) as unpacked:
         while chunk := unpacked.read(CHUNK):
             size += len(chunk)
             _require_little(size)
-
-
-CHECKS: dict[str, Callable[[Path], None]] = {
-    **dict.fromkeys(HDF, _check_hdf),
-    **dict.fromkeys((".xdmf", ".xmf"), _check_xdmf),
-    **dict.fromkeys((".node", ".ele"), _check_pair),
-    ".inp": _check_include,
-    ".xml": _check_functions,
-    ".gz": _check_gzip,
-}
 
 
 class Unpacking:

@@ -10,14 +10,14 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.meshes.metric import ENTRIES, at_centroids, nodes_of_triangles, tensors_in
 from bubblemesh.meshes.tensors import area_sizes, require_positive_definite
-from bubblemesh.meshfiles.fields import MMG, NodalField, linear_triangles, nodal_field, own_names
+from bubblemesh.meshfiles.fields import NodalField, linear_triangles, nodal_field, own_names
 from bubblemesh.meshfiles.read import MeshWithData, cell_data_of
+from bubblemesh.meshfiles.sources.table import source_format
 from bubblemesh.messages import counted, place
 
 COLUMNS = {3: [0, 1, 2], 4: [0, 1, 3], 9: [0, 1, 4]}  # of m11, m12 and m22, by the number of components
 SEPARATE = "m11", "m12", "m22"  # names of data with one entry each
 SAME_AS_M12 = {3: 1, 4: 2, 9: 3}  # column of m21, by the same
-TENSORS_TOLD = (*MMG, ".sol", ".pos")  # endings of files whose formats have a kind of data for tensors
 UNEQUAL = 1e-6  # relative difference of m12 and m21 that is more than rounding of short numbers
 
 
@@ -71,7 +71,7 @@ def metric_of(read: MeshWithData, path: Path) -> tuple[Floats, Floats] | None:
     triangles, of_triangles = read.mesh.triangles, tensors_in(read.cell_data)
     if of_triangles is not None:
         return of_triangles, nodes_of_triangles(triangles, of_triangles, len(read.mesh.points))
-    names = _names(read.point_data) if path.suffix.lower() in TENSORS_TOLD else []
+    names = _names(read.point_data) if source_format(path).has_tensors else []
     if len(names) != 1:
         return None
     try:

@@ -21,19 +21,16 @@ from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import is_confined, local_copy, opened, reason
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quads import halved
-from bubblemesh.meshfiles.containment import require_contained
 from bubblemesh.meshfiles.curved_cells import curved_notes
 from bubblemesh.meshfiles.groups import ENDS, cell_groups
 from bubblemesh.meshfiles.merging import are_apart, places
 from bubblemesh.meshfiles.names import named
 from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.source import Block, Source
-from bubblemesh.meshfiles.sources.table import read_source, require_mesh
+from bubblemesh.meshfiles.sources.table import SELF_CONTAINED, read_source
 from bubblemesh.messages import LONGEST_REASON, cause, place
 from bubblemesh.records import record
 
-# Endings of files whose readers open no further files.
-SELF_CONTAINED = ".msh", ".pos", ".vtk", ".vtu", ".frd", ".14", ".grd", ".gr3", ".2dm", ".nc"
 EDGES = ("line", "line3")
 NO_FACES = (*EDGES, "vertex")
 NO_LABELS = "point 0", "no point"
@@ -313,11 +310,8 @@ def _read(path: Path) -> Source:
             raise FileError("is empty")
     source = local_copy(path)
     try:
-        with prefixed(path):
-            require_mesh(source)
-            require_contained(source)
-            with np.errstate(invalid="raise"):  # NaN in place of a whole number
-                return flattened(read_source(source))
+        with prefixed(path), np.errstate(invalid="raise"):  # NaN in place of a whole number
+            return flattened(read_source(source))
     except BubblemeshError:
         raise
     except MemoryError:  # a wrong count may also ask for too much memory

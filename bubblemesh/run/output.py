@@ -7,7 +7,6 @@ from typing import BinaryIO
 
 from bubblemesh.case import Case, Output, Override
 from bubblemesh.errors import CaseError, FileError, prefixed
-from bubblemesh.meshfiles.companions import files_beside
 from bubblemesh.meshfiles.formats import (
     FORMATS,
     FORMATS_FOR,
@@ -22,6 +21,7 @@ from bubblemesh.meshfiles.formats import (
     unknown_ending,
     whole_only,
 )
+from bubblemesh.meshfiles.sources.table import files_beside
 from bubblemesh.meshfiles.transaction import require_room
 from bubblemesh.messages import unknown
 from bubblemesh.problem.files import files_of_case

@@ -15,7 +15,7 @@ import bubblemesh
 from bubblemesh import readers
 from bubblemesh.case.models import UNTRUSTED
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.meshfiles.read import SELF_CONTAINED
+from bubblemesh.meshfiles.sources.table import SELF_CONTAINED
 from bubblemesh.problem.prepare import prepare
 
 SQUARE = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.4\n"

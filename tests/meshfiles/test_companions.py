@@ -7,8 +7,8 @@ from commands import command
 from squares import holed_square
 
 from bubblemesh.files import local_copies, local_copy
-from bubblemesh.meshfiles.companions import files_beside
 from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.meshfiles.sources.table import files_beside
 
 POINTS, CELLS = [[0.0, 0], [1, 0], [0, 1]], [("triangle", [[0, 1, 2]])]
 

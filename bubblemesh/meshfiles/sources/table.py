@@ -1,37 +1,72 @@
-"""The table of readers by the endings of mesh files; files with other endings are read by meshio."""
+"""The table of formats of mesh files by their endings: how they are read, checked and kept together."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
+from typing import NamedTuple
 
-from bubblemesh.errors import FileError
+from bubblemesh.errors import BubblemeshError, FileError
+from bubblemesh.meshfiles import containment
+from bubblemesh.meshfiles.sources import companions
 from bubblemesh.meshfiles.sources.source import Source
 
-# Functions of a path, as ``module.name`` within this folder, each loaded when it is used.
-READERS: Mapping[str, str] = {
-    ".vtk": "vtk.read_vtk",
-    ".vtu": "vtu.read_vtu",
-    ".pvtu": "vtk_lists.read_pvtu",
-    ".pvd": "vtk_lists.read_pvd",
-    ".xdmf": "xdmf.read_xdmf",
-    ".xmf": "xdmf.read_xdmf",
-    ".frd": "frd.read_frd",
-    ".mesh": "medit.read_medit",
-    ".sol": "medit.read_solution",
-    ".msh": "gmsh.read_msh",
-    ".pos": "pos.read_pos",
-    ".inp": "abaqus.read_inp",
-    ".med": "other.read_med",
-    ".su2": "su2.read_su2",
-    ".14": "coasts.read_grid",
-    ".grd": "coasts.read_grid",
-    ".gr3": "coasts.read_grid",
-    ".2dm": "coasts.read_sms",
-    ".slf": "serafin.read_serafin",
-    ".nc": "ugrid.read_ugrid",
-    ".node": "triangle.read_pair",
-    ".ele": "triangle.read_pair",
+BY_MESHIO = "other.read_other"
+
+
+class SourceFormat(NamedTuple):
+    """How files of a format are read."""
+
+    reader: str = BY_MESHIO  # function of a path, as ``module.name`` within this folder, loaded when it is used
+    check: Callable[[Path], None] | None = None  # of a file before it is read, that it is not hostile
+    beside: Callable[[Path], Iterable[Path]] | None = None  # files to which one refers
+    has_tensors: bool = False  # whether the format has a kind of data for tensors
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether its reader opens no further files, as far as is known: meshio's are not known."""
+        return self.reader != BY_MESHIO and self.check is None and self.beside is None
+
+
+HDF = SourceFormat(check=containment.check_hdf)
+XDMF = SourceFormat("xdmf.read_xdmf", containment.check_xdmf, containment.files_of_xdmf)
+MEDIT = companions.same_name(".sol", ".mesh", ".meshb")
+TRIANGLE = SourceFormat("triangle.read_pair", containment.check_pair, companions.same_name(".node", ".ele"))
+
+# Formats with readers of our own have what meshio's lack: names of all kinds, notes on what is left out, errors with
+# places, and no more memory than their data take. Files with other endings are read by meshio.
+FORMATS: Mapping[str, SourceFormat] = {
+    ".msh": SourceFormat("gmsh.read_msh"),
+    ".pos": SourceFormat("pos.read_pos", has_tensors=True),
+    ".vtk": SourceFormat("vtk.read_vtk"),
+    ".vtu": SourceFormat("vtu.read_vtu"),
+    ".frd": SourceFormat("frd.read_frd"),
+    ".su2": SourceFormat("su2.read_su2"),
+    ".14": SourceFormat("coasts.read_grid"),
+    ".grd": SourceFormat("coasts.read_grid"),
+    ".gr3": SourceFormat("coasts.read_grid"),
+    ".2dm": SourceFormat("coasts.read_sms"),
+    ".nc": SourceFormat("ugrid.read_ugrid"),
+    ".inp": SourceFormat("abaqus.read_inp", containment.check_include),
+    ".slf": SourceFormat("serafin.read_serafin", beside=companions.same_name(".cli")),
+    ".mesh": SourceFormat("medit.read_medit", beside=MEDIT, has_tensors=True),
+    ".meshb": SourceFormat(beside=MEDIT, has_tensors=True),
+    ".sol": SourceFormat("medit.read_solution", beside=MEDIT, has_tensors=True),
+    ".node": TRIANGLE,
+    ".ele": TRIANGLE,
+    ".pvtu": SourceFormat("vtk_lists.read_pvtu", beside=companions.pieces),
+    ".pvd": SourceFormat("vtk_lists.read_pvd", beside=companions.listed),
+    ".xdmf": XDMF,
+    ".xmf": XDMF,
+    ".med": HDF._replace(reader="other.read_med"),
+    ".h5m": HDF,
+    ".hmf": HDF,
+    ".cgns": HDF,
+    ".xml": SourceFormat(check=containment.check_functions, beside=companions.functions),
+    ".gz": SourceFormat(check=containment.check_gzip),
 }
+UNKNOWN = SourceFormat()
+SELF_CONTAINED = tuple(ending for ending, known in FORMATS.items() if known.is_alone)
 # Endings of files that users may mistake for meshes, with advice on the right file.
 NO_MESHES: Mapping[str, str] = {
     ".h5": "holds the numbers of an XDMF file: give the .xdmf file beside it",
@@ -41,15 +76,36 @@ NO_MESHES: Mapping[str, str] = {
 }
 
 
-def require_mesh(path: Path) -> None:
-    """Check that a file is not one that holds only a part of a mesh; FileError with advice if it is."""
-    advice = NO_MESHES.get(path.suffix.lower())
-    if advice is not None:
-        raise FileError(advice)
+def source_format(path: Path) -> SourceFormat:
+    """The format of a file, by its ending."""
+    return FORMATS.get(path.suffix.lower(), UNKNOWN)
+
+
+def files_beside(path: Path) -> list[Path]:
+    """Existing files to which a mesh file refers, directly or through lists: they have to be copied with it.
+
+    The result is empty for a file that cannot be read: its reader reports the error.
+    """
+    beside = source_format(path).beside
+    if beside is None:
+        return []
+    with suppress(BubblemeshError, OSError, SyntaxError, ValueError):  # SyntaxError: broken XML
+        return [other for other in dict.fromkeys(beside(path)) if other != path and other.exists()]
+    return []
 
 
 def read_source(path: Path) -> Source:
-    """Everything in a mesh file; raises any error of its reader, and FileErrors still without the path."""
-    module, _, name = READERS.get(path.suffix.lower(), "other.read_other").partition(".")
+    """Everything in a mesh file; raises any error of its reader, and FileErrors still without the path.
+
+    FileError, too, for a file that is no mesh, with advice, or refers to files that are not beside it; LimitError for
+    one that unpacks to too much data.
+    """
+    advice = NO_MESHES.get(path.suffix.lower())
+    if advice is not None:
+        raise FileError(advice)
+    known = source_format(path)
+    if known.check is not None:
+        known.check(path)
+    module, _, name = known.reader.partition(".")
     reader: Callable[[Path], Source] = getattr(import_module(f"{__package__}.{module}"), name)
     return reader(path)
