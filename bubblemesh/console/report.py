@@ -10,10 +10,11 @@ from rich.text import Text
 from bubblemesh import console
 from bubblemesh.console import Terminal
 from bubblemesh.meshes.histograms import Histogram
-from bubblemesh.messages import coordinate, counted, duration, place, run_seconds
+from bubblemesh.messages import coordinate, counted, duration, place, run_seconds, shown
 
 MOST_REPAIRS = 20  # that a table shows
 MOST_NAMES = 20  # of labels or files
+MOST_PARTS = 8  # regions or labels that a table shows
 FAR_BEYOND = 10  # height of a triangle beside the last layer, in heights of that, from which on it is printed
 CHANGES = {"rules": "the terms", "periodic": "one side alone"}  # what each change makes the spacing finer than
 TITLES = {"quality": "q", "spacing": "edges l/d"}
@@ -134,8 +135,29 @@ def show_quality(figures: Mapping[str, Any], to: Terminal) -> None:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = duration(run_seconds(figures["seconds"]))
     _show(rows, to)
+    if len(regions := figures.get("regions", ())) > 1:  # one alone has the figures of the whole mesh
+        _show_parts(regions, ("region", "triangles", "area"), to)
+    if labels := figures.get("labels"):
+        _show_parts(labels, ("label", "edges", "length"), to)
     if "repairs" in figures:
         _show_repairs(figures["repairs"], size, to)
+
+
+def _show_parts(rows: Sequence[Mapping[str, Any]], heads: tuple[str, str, str], to: Terminal) -> None:
+    """Print a table of regions or labels, one a row: name, number of cells, area or length; many are cut."""
+    _, cells, size = heads
+    told = [(row["name"], row[cells], row[size]) for row in rows]
+    if len(rows) > MOST_PARTS + 1:  # a last row on a single one would save nothing
+        rest = rows[MOST_PARTS:]
+        sums = (sum(row[key] for row in rest) for key in (cells, size))
+        told[MOST_PARTS:] = [(f"and {len(rest):,} more", *sums)]
+    table = console.new_table()
+    table.add_column(heads[0], no_wrap=True)
+    for head in heads[1:]:
+        table.add_column(head, justify="right", no_wrap=True)
+    for name, count, extent in told:
+        table.add_row(shown(name), f"{count:,}", f"{extent:.6g}")
+    to.print(table)
 
 
 def _metric(figures: Mapping[str, Any], size: float) -> str:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.meshes.areas_and_lengths import RegionSums
 from bubblemesh.meshes.quality import (
     REGULAR_VALENCE,
     WORST,
@@ -70,6 +71,7 @@ class Census(NamedTuple):
 
     triangles: int
     area: float
+    regions: RegionSums
     low: Floats  # (2,): corner of the box around its nodes
     high: Floats  # (2,)
     quality: Tally
@@ -86,6 +88,7 @@ class Census(NamedTuple):
     def of(
         cls,
         measures: Measures,
+        region: Integers,
         spacing_between: SpacingBetween,
         own_edges: Booleans,
         own_inner: Booleans,
@@ -97,6 +100,8 @@ class Census(NamedTuple):
         ----------
         measures
             Measures of its triangles.
+        region
+            Number (t,) of the region that each of them is in.
         spacing_between
             Function that returns the target spacing.
         own_edges
@@ -114,6 +119,7 @@ class Census(NamedTuple):
         return cls(
             triangles=len(measures.triangles),
             area=float(measures.signed_areas.sum()),
+            regions=RegionSums.of(measures.signed_areas, region),
             low=points[used].min(axis=0),
             high=points[used].max(axis=0),
             quality=Tally.of(measures.radius_ratios, measures.radius_ratios, QUALITY_BINS),
@@ -135,6 +141,7 @@ class Census(NamedTuple):
         return cls(
             triangles=sum(part.triangles for part in parts),
             area=sum(part.area for part in parts),
+            regions=RegionSums.together([part.regions for part in parts]),
             low=np.min([part.low for part in parts], axis=0),
             high=np.max([part.high for part in parts], axis=0),
             quality=Tally.together([part.quality for part in parts]),

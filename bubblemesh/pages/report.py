@@ -9,6 +9,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.text import readable_json
 from bubblemesh.messages import counted, duration, run_seconds
+from bubblemesh.pages.areas_and_lengths import regions_and_labels
 from bubblemesh.pages.layers import layers_section
 from bubblemesh.pages.markup import Markup, from_template, html, linked_places, page, tag, whole
 from bubblemesh.pages.metric import metric_section
@@ -85,6 +86,7 @@ def report_page(
         labels=labels(mesh),
         still=base64.b64encode(small_png(mesh, STILL, MeshData(fields))).decode(),
         layers=html(layers_section(mesh, report.get("layers", ())), metric_section(mesh, fields, report.get("metric"))),
+        regions=regions_and_labels(report["regions"], report["labels"]),
         histograms=histograms(scene, fields),
         worst=worst_triangles(scene),
         stopped=report["stop_reason"],

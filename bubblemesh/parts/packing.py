@@ -70,6 +70,7 @@ def split(domain: Domain, places: Places, done: Packed, target: Spacing | None) 
     rim, rim_region = sides[at_rim], region[at_rim % max(len(near_cuts), 1)]
     band = Band(x[:count], bubbles.corners, bubbles.piece, bubbles.s, near_cuts, rim, rim_region)
     own, valence = np.arange(n) >= count, np.zeros(n, np.int64)
+    inner = region[len(near_cuts) :]
     quality = np.zeros(0)
     targets = np.zeros(0)
     census = None
@@ -80,9 +81,8 @@ def split(domain: Domain, places: Places, done: Packed, target: Spacing | None) 
         mine = np.ones(len(edges), bool)
         mine[find_keys(edge_keys(edges, n), edge_keys(np.sort(rim, axis=1), n))] = False
         valence = np.bincount(edges[mine].ravel(), minlength=n)
-        census = Census.of(measures, target.between, mine, own, valence)
+        census = Census.of(measures, inner, target.between, mine, own, valence)
         quality, targets = measures.radius_ratios, target.between(x, rest)
-    inner = region[len(near_cuts) :]
     core = Core(x[count:], rest.astype(np.int32), inner.astype(np.int32), quality, targets)
     sizes = len(core.x), len(rest)
     return Part(core, Margin(band, census, valence[:count], each_once(inner), *sizes, done.record))

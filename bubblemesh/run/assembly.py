@@ -72,10 +72,11 @@ def _layers(joined: "JoinedLayers", strips: "Strips") -> Integers:
     return level[joined.cells].min(axis=1) + 1
 
 
-def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) -> SlicedMesh:
+def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) -> tuple[SlicedMesh, Integers]:
     """The mesh of what was packed in parts: a slice for each, of its core, and of the seams' triangles in its area.
 
-    The fields (t,) are those of the triangles in the seams.
+    The fields (t,) are those of the triangles in the seams; the regions (t,) that are returned, by their numbers in
+    the domain, are theirs, too.
     """
     net, parts = parted.net, domain.parts
     frame, piece = _frame(net.bubbles, domain)
@@ -99,7 +100,7 @@ def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) 
 
     named = replace(frame, regions=tuple(parts.names[k] for k in numbers))
     sizes = parted.sizes + np.column_stack([np.zeros_like(counts), counts])
-    return SlicedMesh(named, ~net.two_sided, sizes, tuple(fields), read)
+    return SlicedMesh(named, ~net.two_sided, sizes, tuple(fields), read), region
 
 
 def _frame(bubbles: Bubbles, domain: Domain) -> tuple[Mesh, Integers]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.following import Deviation, deviation
+from bubblemesh.meshes.areas_and_lengths import areas_and_lengths, label_lengths
 from bubblemesh.meshes.census import Census
 from bubblemesh.meshes.conformity import (
     area_error,
@@ -67,6 +68,7 @@ def _beside_layers(net: Net, problem: Problem, rest: "Rest") -> Measured:
     packed = problem.spacing.measures(net.bubbles.x, net.triangles)
     of_packed = mesh_figures(packed, problem.spacing.between)
     found = mesh_figures(measures, None) | {name: of_packed[name] for name in ("quality", "spacing")}
+    found |= areas_and_lengths(mesh, measures.signed_areas)
     layers = layer_figures(rest.strips, beyond_fronts(rest, net), whole)
     fields = _fields(measures, problem) | {LAYER: layer}
     metric = metric_row(packed, problem)
@@ -78,9 +80,9 @@ def _whole(net: Net, problem: Problem) -> Measured:
     measures = problem.spacing.measures(mesh.points, mesh.triangles)
     require_conforming(mesh, measures)
     departure = deviation(problem.domain, mesh.points, net.facets, net.facet_piece)
-    figures, fields = mesh_figures(measures, problem.spacing.between), _fields(measures, problem)
+    figures = mesh_figures(measures, problem.spacing.between) | areas_and_lengths(mesh, measures.signed_areas)
     error, metric = area_error(mesh, measures), metric_row(measures, problem)
-    return Measured(mesh, fields, figures, error, departure, metric=metric)
+    return Measured(mesh, _fields(measures, problem), figures, error, departure, metric=metric)
 
 
 def _fields(measures: Measures, problem: Problem) -> dict[str, Floats]:
@@ -94,7 +96,7 @@ def _in_slices(parted: "Parted", problem: Problem) -> Measured:
     measures, used = Measures(x, net.triangles), parted.valence > 0
     with ThreadPoolExecutor(1) as beside:  # to sort the edges takes as long as what is done meanwhile
         sorted_ = beside.submit(lambda: measures.edges)
-        mesh = sliced_mesh(parted, problem.domain, _fields(measures, problem))
+        mesh, region = sliced_mesh(parted, problem.domain, _fields(measures, problem))
         edges, _ = sorted_.result()
     on_rings = np.zeros(len(x), bool)
     on_rings[mesh.frame.facets[mesh.outer]] = True
@@ -103,10 +105,13 @@ def _in_slices(parted: "Parted", problem: Problem) -> Measured:
         require_piece(measures, net.facets, parted.rim, ~used)
         # Edges between band and core count here, all others of the core there.
         valence = np.bincount(edges.ravel(), minlength=len(x)) + parted.valence
-        census.append(Census.of(measures, problem.spacing.between, np.ones(len(edges), bool), ~on_rings, valence))
+        every = np.ones(len(edges), bool)
+        census.append(Census.of(measures, region, problem.spacing.between, every, ~on_rings, valence))
     total = Census.together(census)
     error = total.area / enclosed_area(x, mesh.frame.facets[mesh.outer]) - 1
     require_matching_nodes(mesh.frame)
     require_area(x, total.area, error)
     departure = deviation(problem.domain, x, net.facets, net.facet_piece)
-    return Measured(mesh, {}, total.figures(mesh.nodes, int(on_rings.sum())), error, departure)
+    regions = total.regions.named(problem.domain.parts.names, problem.domain.parts.name_indices)
+    named = {"regions": regions, "labels": label_lengths(mesh.frame)}
+    return Measured(mesh, {}, total.figures(mesh.nodes, int(on_rings.sum())) | named, error, departure)

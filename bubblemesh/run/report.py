@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.following import Deviation
 from bubblemesh.geometry.geography import Plane
+from bubblemesh.meshes.areas_and_lengths import LabelLength, RegionArea
 from bubblemesh.meshes.metric import ENTRIES, MeasuresInMetric
 from bubblemesh.meshes.quality import TARGET_SPACING, Measures
 from bubblemesh.meshfiles.text import json_ready
@@ -172,6 +173,8 @@ class Report(Mapping[str, Any]):
     bounds: tuple[float, float, float, float]
     quality: Mapping[str, Any]
     area: float
+    regions: tuple[RegionArea, ...]
+    labels: tuple[LabelLength, ...]
     spacing: Mapping[str, Any]
     area_error: float
     deviation: Deviation | None = None

@@ -151,6 +151,22 @@ def test_a_mesh_without_inner_nodes_or_spacing_is_shown(monkeypatch):
     assert "l/d" not in stream.getvalue()
 
 
+@pytest.mark.parametrize(("count", "rows"), [(1, 0), (2, 2), (9, 9), (10, 8)])
+def test_many_regions_are_cut_and_one_alone_is_left_out(count, rows, monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    quality = dict.fromkeys(("mean", "p01", "min", "angle_min", "angle_max"), 1.0) | {"worst": []}
+    figures = {"nodes": 4, "triangles": 2, "area": 1.0, "bounds": (0, 0, 1, 1)}
+    figures["quality"] = quality | {"irregular_fraction": None}
+    figures["regions"] = [{"name": f"grain-{k}", "triangles": 1000, "area": 1 / 3} for k in range(count)]
+    figures["labels"] = [{"name": "wall", "edges": 1200, "length": 2 / 3}]
+    show_quality(figures, console.terminal)
+    lines = [re.split("  +", line.strip()) for line in stream.getvalue().splitlines()[5:]]
+    assert lines[-2:] == [["label", "edges", "length"], ["wall", "1,200", "0.666667"]]
+    shown = [["region", "triangles", "area"], *([f"grain-{k}", "1,000", "0.333333"] for k in range(rows))]
+    rest = [["and 2 more", "2,000", "0.666667"]] if count > rows > 0 else []
+    assert lines[:-2] == ([*shown, *rest] if rows else [])
+
+
 FINE = dict.fromkeys(FIGURES, 1.0) | {"nodes": 142, "quality_mean": 0.9612, "quality_min": 0.74, "seconds": 0.25}
 PLAIN = Row("plain", "plain.yaml", 0, figures=FINE, warnings=("a [wall] is narrow",))
 WRONG = Row("bad", "bad.yaml", 3, error="bad.yaml: domain: no [bold]area")

@@ -13,7 +13,7 @@ from report_pages import CASE, FILES, NASTY, Elements, page_of
 from typer.testing import CliRunner
 
 from bubblemesh.cli import app
-from bubblemesh.meshes.quality import radius_ratios
+from bubblemesh.meshes.quality import radius_ratios, signed_areas
 from bubblemesh.pages.scene import Scene, fixed_point, relative
 from bubblemesh.pictures.colouring import MeshData, colouring_of
 
@@ -106,11 +106,37 @@ def test_the_page_tells_what_the_report_tells(page, result):
         assert part in text, part
 
 
+def tables(page):
+    """Cells of each table of a page, by its caption."""
+    found = re.findall(r"<caption>(.*?)</caption>(.*?)</table>", page, re.DOTALL)
+    return {caption: re.findall(r"<td[^>]*>(.*?)</td>", body) for caption, body in found}
+
+
+def test_regions_and_labels_have_their_areas_and_lengths(page, result):
+    mesh, told = result.mesh, tables(page)
+    areas = signed_areas(mesh.points, mesh.triangles)
+    rows = [(name, mesh.triangle_regions == k) for k, name in enumerate(mesh.regions)]
+    cells = [cell for name, mine in rows for cell in (name, f"{mine.sum():,}", f"{areas[mine].sum():.6g}")]
+    assert told["Areas of regions"] == cells
+    assert told["Lengths of labels"][::3] == list(mesh.labels)
+    assert told["Lengths of labels"][2] == "2"
+
+
+def test_of_very_many_regions_the_page_shows_the_first(result):
+    many = [{"name": f"grain {k}", "triangles": 1, "area": 1.0} for k in range(103)]
+    page = page_of(result, regions=many)
+    assert len(tables(page)["Areas of regions"]) == 300
+    assert "3 more rows in the JSON report." in page
+
+
 def test_names_with_markup_are_text_in_every_part_of_the_page(result):
     labels = tuple(NASTY[k % len(NASTY)] + str(k) for k in range(len(result.mesh.labels)))
     mesh = dataclasses.replace(result.mesh, labels=labels, regions=(NASTY[0], NASTY[1]), point_labels=(NASTY[2],))
     parameters = {**result.report["parameters"], "name": NASTY[0]}
-    page = page_of(result, mesh, case=NASTY[0], warnings=[NASTY[0], NASTY[4]], parameters=parameters, method=NASTY[1])
+    rows = {"regions": [{"name": name, "triangles": 1, "area": 1.0} for name in NASTY]}
+    rows["labels"] = [{"name": name, "edges": 1, "length": 1.0} for name in NASTY]
+    rows |= {"warnings": [NASTY[0], NASTY[4]], "parameters": parameters, "method": NASTY[1]}
+    page = page_of(result, mesh, **rows, case=NASTY[0])
     elements = Elements(page)
     assert len(elements.named("script")) == 10
     assert not [e for e in elements.found if any(key.startswith("on") for key in e[1])]

@@ -125,6 +125,9 @@ def test_a_mesh_in_slices_is_the_one_that_is_made_at_once(name, packed):
     assert told["parts"] == known["parts"]
     for key in EXACT:
         assert told[key] == pytest.approx(known[key], rel=1e-12, abs=1e-14)
+    assert told["labels"] == known["labels"]
+    for here, there in zip(told["regions"], known["regions"], strict=True):
+        assert here == there | {"area": pytest.approx(there["area"], rel=1e-12)}
     for key in ("quality", "spacing"):
         for figure, value in known[key].items():
             if figure == "worst":

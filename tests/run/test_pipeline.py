@@ -31,6 +31,8 @@ REPORT = [
     "spacing",
     "area",
     "area_error",
+    "regions",
+    "labels",
     "seconds",
     "peak_memory_mb",
     "warnings",
