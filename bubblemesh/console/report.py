@@ -10,6 +10,7 @@ from rich.text import Text
 from bubblemesh import console
 from bubblemesh.console import Terminal
 from bubblemesh.meshes.histograms import Histogram
+from bubblemesh.meshes.periodic import motion_text
 from bubblemesh.messages import coordinate, counted, duration, place, run_seconds, shown
 
 MOST_REPAIRS = 20  # that a table shows
@@ -34,6 +35,7 @@ def show_estimate(figures: Mapping[str, Any], to: Terminal) -> None:
         "domain": f"[{x[0]}, {x[1]}] x [{y[0]}, {y[1]}], area {figures['area']:.6g}, "
         f"{pieces}{counted(figures['holes'], 'hole')}",
         "labels": _named(figures["labels"]),
+        **_sides(figures, size),
         "spacing": _extremes(figures["spacing"], size),
         **{name: _change(figures[name], than, size) for name, than in CHANGES.items() if name in figures},
         **({"metric": _longest(figures["metric"])} if "metric" in figures else {}),
@@ -45,6 +47,12 @@ def show_estimate(figures: Mapping[str, Any], to: Terminal) -> None:
     _show(rows, to)
     if "repairs" in figures:
         _show_repairs(figures["repairs"], size, to)
+
+
+def _sides(figures: Mapping[str, Any], size: float) -> dict[str, str]:
+    """Row with the motions of periodic sides, if there are any."""
+    motions = [motion_text(row, size) for row in figures.get("periodic_sides", ())]
+    return {"sides": "; ".join(motions)} if motions else {}
 
 
 def _longest(figures: Mapping[str, Any]) -> str:
@@ -130,7 +138,7 @@ def show_quality(figures: Mapping[str, Any], to: Terminal) -> None:
         )
     if "metric" in figures:
         rows["metric"] = _metric(figures["metric"], size)
-    rows |= _asked_for(figures)
+    rows |= _sides(figures, size) | _asked_for(figures)
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = duration(run_seconds(figures["seconds"]))

@@ -22,6 +22,7 @@ from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.paths import Area, Ring, RingChange, outlines
 from bubblemesh.geometry.periodic import MatchingPieces, matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
+from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.geometry.validity import require_domain, require_holes_apart, simple_polygon
 from bubblemesh.messages import meant, own_places, ring_name, tell_places_of
@@ -170,6 +171,11 @@ class Domain(Uncached):
         They are 0 for shifted pieces, and those that are not periodic.
         """
         return self._matching.turn
+
+    @property
+    def motions(self) -> tuple[Similarity, ...]:
+        """What takes the first side of each periodic pair to the second: a shift, or a turn."""
+        return self._matching.motions
 
     @cached_property
     def _matching(self) -> MatchingPieces:

@@ -21,6 +21,7 @@ class MatchingPieces(NamedTuple):
 
     pairs: Integers  # (k, 2): a piece, and its copy
     turn: Floats  # (p,): by how many radians each piece of the boundary is turned to be its counterpart
+    motions: tuple[Similarity, ...]  # what takes the first side of each pair of labels to the second
 
 
 def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> MatchingPieces:
@@ -30,7 +31,7 @@ def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Ma
     sides whose labels match, in any order. GeometryError, with the coordinates, if there is no such label, or a piece
     has no counterpart.
     """
-    pairs, turn = list[Integers](), np.zeros(len(boundary.kind))
+    pairs, turn, motions = list[Integers](), np.zeros(len(boundary.kind)), list[Similarity]()
     used = Counter(name for names in labels for name in names)
     twice = next((name for name, times in used.items() if times > 1), None)
     if twice is not None:
@@ -49,7 +50,8 @@ def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Ma
             raise GeometryError(f"periodic sides {names[0]!r} and {names[1]!r} have different numbers of pieces")
         pairs.append(np.column_stack([first, copies]))
         turn[first], turn[second] = motion.angle, -motion.angle
-    return MatchingPieces(np.concatenate([np.empty((0, 2), np.int64), *pairs]), turn)
+        motions.append(motion)
+    return MatchingPieces(np.concatenate([np.empty((0, 2), np.int64), *pairs]), turn, tuple(motions))
 
 
 def counterparts(boundary: Boundary, pairs: Integers, piece: Integers, s: Floats) -> tuple[Integers, Integers, Floats]:

@@ -57,6 +57,12 @@ class Similarity:
         return cmath.phase(self.factor)
 
     @property
+    def matrix(self) -> Floats:
+        """The map as columns (2, 3): what becomes of the vectors (1, 0) and (0, 1), and a shift."""
+        (a, b), (c, d) = self.vectors(np.eye(2)).tolist()
+        return np.array([[a, c, self.shift.real], [b, d, self.shift.imag]])
+
+    @property
     def turn(self) -> int:
         """-1 if the map reverses orientations, else +1."""
         return -1 if self.mirrored else 1

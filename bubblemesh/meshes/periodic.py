@@ -1,11 +1,13 @@
 """Periodic sides of a mesh: two sides with the same nodes, moved across the domain or turned about a point."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, different_rows, extent
+from bubblemesh.messages import coordinate, place
 
 ROUNDING = 1e-9  # of the way between counterparts: a component of the shift below this share of it counts as 0
 MATCH = 1e-8  # of the mesh's size; domains allow periodic sides a tenth of that
@@ -29,18 +31,50 @@ class PeriodicSides(NamedTuple):
     @property
     def angle(self) -> float:
         """Angle in degrees, counter-clockwise, by which the second side is the first one turned; 0 if it is shifted."""
-        return round(math.degrees(math.atan2(self.motion[1, 0], self.motion[0, 0])), DIGITS)
+        return angle_of(self.motion)
 
     @property
     def center(self) -> Floats:
         """Point (2,) about which the second side is the first one turned; not a number if it is shifted."""
-        if self.angle == 0:
-            return np.full(2, np.nan)
-        return np.asarray(np.linalg.solve(np.eye(2) - self.motion[:, :2], self.shift) + 0.0, float)  # no -0
+        return center_of(self.motion)
 
     def moved(self, points: Floats) -> Floats:
         """Places (n, 2) to which points (n, 2) of the first side are taken: those of the second."""
         return points @ self.motion[:, :2].T + self.shift
+
+
+def angle_of(motion: Floats) -> float:
+    """Angle in degrees, counter-clockwise, by which a motion (2, 3) turns; 0 if it is a shift."""
+    return round(math.degrees(math.atan2(motion[1, 0], motion[0, 0])), DIGITS)
+
+
+def center_of(motion: Floats) -> Floats:
+    """Point (2,) about which a motion (2, 3) turns; not a number if it is a shift."""
+    if angle_of(motion) == 0:
+        return np.full(2, np.nan)
+    return np.asarray(np.linalg.solve(np.eye(2) - motion[:, :2], motion[:, 2]) + 0.0, float)  # no -0
+
+
+def motion_data(motion: Floats, sign: int = 1) -> dict[str, Any]:
+    """A motion (2, 3) as plain data: its shift, or the angle and the center of a turn; with the sign -1 its inverse."""
+    if angle_of(motion) == 0:
+        return {"shift": (0 + sign * motion[:, 2]).tolist()}
+    return {"angle": sign * angle_of(motion), "center": center_of(motion).tolist()}
+
+
+def side_motion(side: str, other: str, motion: Floats, size: float) -> dict[str, Any]:
+    """Row of a report on the motion (2, 3) of a side to another one, in a domain of a size; rounding errors are 0."""
+    data = motion_data(motion)
+    rounded = {key: _rounded(np.array(data[key]), ROUNDING * size).tolist() for key in data if key != "angle"}
+    return {"side": side, "with": other, **data, **rounded}
+
+
+def motion_text(row: Mapping[str, Any], size: float) -> str:
+    """A row of `side_motion` in words, with as many digits as it takes to tell places in a domain of the size apart."""
+    sides = f"{row['side']} to {row['with']}"
+    if "angle" in row:
+        return f"{sides}: turned by {row['angle']:.10g} degrees about {place(row['center'], size)}"
+    return f"{sides}: moved by ({', '.join(coordinate(step, size) for step in row['shift'])})"
 
 
 def periodic_sides(
@@ -108,6 +142,6 @@ def _matching(points: Floats, first: int, second: int, pairs: Integers, toleranc
     return PeriodicSides(first, second, motion, nodes)
 
 
-def _rounded(shift: Floats, small: float) -> Floats:
-    """The shift (2,) with 0 for what is below a small length."""
-    return np.where(np.abs(shift) < small, 0.0, shift)
+def _rounded(vector: Floats, small: float) -> Floats:
+    """The vector (2,) with 0 for what is below a small length."""
+    return np.where(np.abs(vector) < small, 0.0, vector)

@@ -12,7 +12,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.files import FORBIDDEN, LONGEST_NAME, is_writable
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.periodic import PeriodicSides
+from bubblemesh.meshes.periodic import motion_data
 from bubblemesh.meshes.quads import Cells
 from bubblemesh.meshfiles.text import dumped
 
@@ -179,15 +179,8 @@ def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:
     found: dict[int, dict[str, Any]] = {}
     for sides in mesh.periodic_sides:
         for one, other, sign in ((sides.first, sides.second, 1), (sides.second, sides.first, -1)):
-            found[one + 1] = {"periodic": {"with": mesh.labels[other], **_motion(sides, sign)}}
+            found[one + 1] = {"periodic": {"with": mesh.labels[other], **motion_data(sides.motion, sign)}}
     return found
-
-
-def _motion(sides: PeriodicSides, sign: int) -> dict[str, Any]:
-    """How the first of two sides is moved to the second, or with the sign -1 the second to the first."""
-    if sides.angle == 0:
-        return {"shift": (0 + sign * sides.shift).tolist()}
-    return {"angle": sign * sides.angle, "center": sides.center.tolist()}
 
 
 # Names of the numbers of groups in readers of meshio and writers of this package.

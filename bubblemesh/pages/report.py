@@ -86,7 +86,7 @@ def report_page(
         labels=labels(mesh),
         still=base64.b64encode(small_png(mesh, STILL, MeshData(fields))).decode(),
         layers=html(layers_section(mesh, report.get("layers", ())), metric_section(mesh, fields, report.get("metric"))),
-        regions=regions_and_labels(report["regions"], report["labels"]),
+        regions=regions_and_labels(report),
         histograms=histograms(scene, fields),
         worst=worst_triangles(scene),
         stopped=report["stop_reason"],

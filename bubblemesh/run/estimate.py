@@ -1,8 +1,10 @@
 """Figures of what a case asks for, before any packing: for its estimate and for the report of its run."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.periodic import side_motion
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.problem.problem import Problem
 from bubblemesh.records import record
@@ -41,6 +43,12 @@ def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
     return {key: SpacingChange(changed.share, changed.ratio, changed.ratio_at) for key, changed in changes}
 
 
+def side_motions(domain: Domain) -> tuple[Mapping[str, Any], ...] | None:
+    """How the first of each pair of periodic sides comes to lie on the second; None if there are no pairs."""
+    pairs = zip(domain.parts.periodic, domain.motions, strict=True)
+    return tuple(side_motion(*names, motion.matrix, domain.size) for names, motion in pairs) or None
+
+
 def _layers(rest: "Rest") -> "tuple[LabelLayers, ...]":
     """Figures of the layers on each label."""
     from bubblemesh.layers.figures import layer_figures
@@ -61,6 +69,7 @@ def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
         "holes": domain.hole_count,
         "labels": domain.labels,
         **({} if (repairs := repair_rows(domain)) is None else {"repairs": repairs}),
+        **({} if (motions := side_motions(domain)) is None else {"periodic_sides": motions}),
         "spacing": survey.extremes,
         **({"metric": {"aspect": problem.spacing.aspect}} if isinstance(problem.spacing, MetricSpacing) else {}),
         **({"packed_spacing": problem.packing_extremes} if problem.packed_finer else {}),

@@ -23,7 +23,7 @@ from bubblemesh.process.limits import Stopwatch, time_left
 from bubblemesh.process.resources import peak_memory_mb
 from bubblemesh.records import record
 from bubblemesh.run.completion import Completed, completed
-from bubblemesh.run.estimate import repair_rows, spacing_changes
+from bubblemesh.run.estimate import repair_rows, side_motions, spacing_changes
 from bubblemesh.run.measurement import Measured, measured
 from bubblemesh.run.metric import unsteady_ellipses
 from bubblemesh.run.packing import OnRound, OnShare, PackedProblem, RunOptions, pack
@@ -201,6 +201,7 @@ def _report(
         finished=best.cut_short is None,
         rules=changes.get("rules"),
         periodic=changes.get("periodic"),
+        periodic_sides=side_motions(problem.domain),
         ideal_nodes=problem.survey.ideal_nodes,
         force_evaluations=sum(row.force_evaluations for row in best.rounds),
         **found.figures,

@@ -165,6 +165,7 @@ class Report(Mapping[str, Any]):
     finished: bool
     rules: SpacingChange | None = None
     periodic: SpacingChange | None = None
+    periodic_sides: tuple[Mapping[str, Any], ...] | None = None
     ideal_nodes: float
     force_evaluations: int
     nodes: int

@@ -269,6 +269,15 @@ def test_places_are_told_without_their_rounding(monkeypatch):
     assert "spacing    0.2 at (0, 0) to 0.2 at (-1, 0.00001)" in stream.getvalue()
 
 
+def test_motions_of_periodic_sides_are_told(monkeypatch):
+    stream = terminal(monkeypatch, live=False)
+    text = (
+        "domain: {outer: {rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}, periodic: [[l, r], [t, b]]}\nspacing: 0.2\n"
+    )
+    show_estimate(estimate(prepare(load_case("a.yaml", text=text))), console.terminal)
+    assert "sides      l to r: moved by (1, 0); t to b: moved by (0, -1)\n" in stream.getvalue()
+
+
 NASTY = "plate\x1b]0;title\x07\x1b[31m\x9b2J\r\u202e\udcff"
 
 

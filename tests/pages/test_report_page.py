@@ -122,6 +122,12 @@ def test_regions_and_labels_have_their_areas_and_lengths(page, result):
     assert told["Lengths of labels"][2] == "2"
 
 
+def test_motions_of_periodic_sides_are_told(result):
+    turn = {"side": "a<b", "with": "c", "angle": 45.0, "center": [10.0, -3.0]}
+    told = re.search(r"Periodic sides: ([^<]*)</p>", page_of(result, periodic_sides=[turn]))
+    assert told[1] == "a&lt;b to c: turned by 45 degrees about (10, -3)."
+
+
 def test_of_very_many_regions_the_page_shows_the_first(result):
     many = [{"name": f"grain {k}", "triangles": 1, "area": 1.0} for k in range(103)]
     page = page_of(result, regions=many)

@@ -9,6 +9,9 @@ from partitions import mesh_of
 
 from bubblemesh.case import load_case
 from bubblemesh.meshes.edges import directed_sides, one_sided
+from bubblemesh.meshes.periodic import motion_text
+from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.estimate import estimate
 from bubblemesh.run.pipeline import mesh_case
 
 SECTORS = 7
@@ -165,3 +168,39 @@ def test_a_cell_of_fourfold_symmetry_has_two_turned_pairs():
     square = "domain: {outer: {rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}, periodic: [[b, l], [t, r]]}\n"
     mesh = mesh_of(square + "spacing: '0.04 + 0.1*x'\n")
     assert {(sides.angle, *sides.center.tolist()) for sides in mesh.periodic_sides} == {(-90, 0, 0), (90, 1, 1)}
+
+
+CELL = "domain: {outer: {rectangle: [0, 0, 1, 0.5], labels: [b, r, t, l]}, periodic: [[r, l], [b, t]]}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (WEDGE.replace("2*pi/7", "pi/4"), ["right to left: turned by 45 degrees about (0, 0)"]),
+        (SPIRAL, ["right to left: turned by 51.42857143 degrees about (0, 0)"]),
+        (CELL, ["r to l: moved by (-1, 0)", "b to t: moved by (0, 0.5)"]),
+        (
+            CELL.replace("0, 0, 1, 0.5", "1000.1, 0.3, 1000.8, 0.4"),
+            ["r to l: moved by (-0.7, 0)", "b to t: moved by (0, 0.1)"],
+        ),
+    ],
+)
+def test_how_sides_are_moved_is_told_before_a_run_and_after_it(text, told):
+    case = load_case("a.yaml", text=text + "spacing: 0.25\n")
+    problem = prepare(case)
+    size = problem.domain.size
+    figures, result = estimate(problem), mesh_case(case)
+    assert [motion_text(row, size) for row in figures["periodic_sides"]] == told
+    assert result.report["periodic_sides"] == figures["periodic_sides"]
+    moves = {
+        (result.mesh.labels[sides.first], result.mesh.labels[sides.second]): sides
+        for sides in result.mesh.periodic_sides
+    }
+    for row in figures["periodic_sides"]:
+        names = row["side"], row["with"]
+        sides, sign = (moves[names], 1) if names in moves else (moves[names[::-1]], -1)
+        if "shift" in row:
+            assert row["shift"] == pytest.approx((sign * sides.shift).tolist(), abs=1e-9)
+        else:
+            assert row["angle"] == pytest.approx(sign * sides.angle, abs=1e-9)
+            assert row["center"] == pytest.approx(sides.center.tolist(), abs=1e-9)
