@@ -50,23 +50,10 @@ def tensors_in(fields: Mapping[str, Floats]) -> Floats | None:
 
 
 def node_tensors(triangles: Integers, tensors: Floats, n: int) -> Floats:
-    """Tensors (n, 3) of nodes: means of those (t, 3) of the triangles around; NaN for unused nodes.
-
-    The mean is that of the inverse tensors, and so of the squared axes of the ellipses: a small ellipse does not hide
-    the others.
-    """
-    m11, m12, m22 = tensors.T
-    inverse = np.column_stack([m22, -m12, m11]) / determinants(tensors)[:, None]
+    """Tensors (n, 3) of nodes: means, by logarithms, of those (t, 3) of the triangles around; NaN for unused nodes."""
     nodes, count = triangles[:, :3].T.ravel(), np.bincount(triangles[:, :3].ravel(), minlength=n)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        i11, i12, i22 = (np.bincount(nodes, np.tile(part, 3), n) / count for part in inverse.T)
-        return np.column_stack([i22, -i12, i11]) / (i11 * i22 - i12 * i12)[:, None]
-
-
-def nodes_of_triangles(triangles: Integers, tensors: Floats, n: int) -> Floats:
-    """Tensors (n, 3) of nodes: means, by logarithms, of those (t, 3) of the triangles around; no node may be unused."""
-    nodes, count = triangles[:, :3].T.ravel(), np.bincount(triangles[:, :3].ravel(), minlength=n)
-    means = [np.bincount(nodes, np.tile(part, 3), n) / count for part in logarithms(tensors).T]
+    with np.errstate(invalid="ignore"):
+        means = [np.bincount(nodes, np.tile(part, 3), n) / count for part in logarithms(tensors).T]
     return of_logarithms(np.column_stack(means)).tensors
 
 

@@ -1,6 +1,7 @@
 """Metrics in mesh files: tensors at their nodes, or of their triangles as runs write them."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.meshes.metric import ENTRIES, at_centroids, nodes_of_triangles, tensors_in
+from bubblemesh.meshes.metric import ENTRIES, at_centroids, node_tensors, tensors_in
 from bubblemesh.meshes.tensors import area_sizes, require_positive_definite
 from bubblemesh.meshfiles.fields import NodalField, linear_triangles, nodal_field, own_names
 from bubblemesh.meshfiles.read import MeshWithData, cell_data_of
@@ -32,7 +33,7 @@ def read_metric(path: Path, name: str | None, chosen_by: str) -> NodalField:
     named = name is not None or _names(file.source.point_data)
     of_triangles = None if named else tensors_in(cell_data_of(file))
     if of_triangles is not None:
-        tensors = nodes_of_triangles(file.triangles, of_triangles, len(file.points))
+        tensors = node_tensors(file.triangles, of_triangles, len(file.points))
         return NodalField("metric", file.points, file.triangles, tensors, file.source.notes)
     separate = not named and all(entry in file.source.point_data for entry in SEPARATE)
     parts = [nodal_field(file, one, chosen_by) for one in (SEPARATE if separate else [name])]
@@ -44,7 +45,8 @@ def read_metric(path: Path, name: str | None, chosen_by: str) -> NodalField:
 def with_metric(read: MeshWithData, name: str | None = None) -> MeshWithData:
     """The mesh with a metric among the data of its triangles; if it is missing there, made from that at the nodes.
 
-    With a ``name`` it is always made from that data at the nodes. CaseError if the nodes have no metric, or several.
+    With a ``name`` it is always made from that data at the nodes. The mesh has it at its nodes, too, if it was made
+    from them. CaseError if the nodes have no metric, or several.
     """
     if name is None and tensors_in(read.cell_data) is not None:
         return read
@@ -58,8 +60,10 @@ def with_metric(read: MeshWithData, name: str | None = None) -> MeshWithData:
             f"holds no metric: its triangles need the data {', '.join(ENTRIES)}, or its nodes m11, m12 and m22 as one "
             "data, those of a .mesh in the .sol beside it"
         )
-    entries = at_centroids(read.mesh.triangles[:, :3], _at_nodes(read, name or names[0])).T
-    return read._replace(cell_data={**read.cell_data, **dict(zip(ENTRIES, entries, strict=True))})
+    at_nodes = _at_nodes(read, name or names[0])
+    entries = at_centroids(read.mesh.triangles[:, :3], at_nodes).T
+    mesh = replace(read.mesh, metric=at_nodes)
+    return read._replace(mesh=mesh, cell_data={**read.cell_data, **dict(zip(ENTRIES, entries, strict=True))})
 
 
 def metric_of(read: MeshWithData, path: Path) -> tuple[Floats, Floats] | None:
@@ -70,7 +74,7 @@ def metric_of(read: MeshWithData, path: Path) -> tuple[Floats, Floats] | None:
     """
     triangles, of_triangles = read.mesh.triangles, tensors_in(read.cell_data)
     if of_triangles is not None:
-        return of_triangles, nodes_of_triangles(triangles, of_triangles, len(read.mesh.points))
+        return of_triangles, node_tensors(triangles, of_triangles, len(read.mesh.points))
     names = _names(read.point_data) if source_format(path).has_tensors else []
     if len(names) != 1:
         return None

@@ -17,7 +17,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from matplotlib.transforms import Bbox
 from PIL import Image
 
-from bubblemesh.arrays import Booleans
+from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import ENTRIES, node_tensors, tensors_in
@@ -258,11 +258,8 @@ def _add_triangles(
 
 def _add_ellipses(axes: Axes, mesh: Mesh, shown: Booleans, data: MeshData, edge: float) -> None:
     """Draw an ellipse at each node, with the requested distances to neighbours; PlotOptionError without a metric."""
-    tensors = tensors_in(data.cells)
-    if tensors is None:
-        raise PlotOptionError("ellipses", f"the mesh has no metric: its triangles need the data {', '.join(ENTRIES)}")
     nodes = np.unique(mesh.triangles[shown, :3])
-    across, along, direction = axes_of(node_tensors(mesh.triangles, tensors, len(mesh.points))[nodes])
+    across, along, direction = axes_of(_node_metric(mesh, data)[nodes])
     angle = np.degrees(np.arctan2(direction[:, 1], direction[:, 0]))
     # Ellipses far larger than the picture take long to draw, and nothing more would be seen of them.
     along, across = (np.minimum(size, LARGEST_ELLIPSE * np.ptp(mesh.points, axis=0).max()) for size in (along, across))
@@ -272,6 +269,16 @@ def _add_ellipses(axes: Axes, mesh: Mesh, shown: Booleans, data: MeshData, edge:
     )
     ellipses.set(facecolor="none", edgecolor=ELLIPSE, linewidth=width)
     axes.add_collection(ellipses)
+
+
+def _node_metric(mesh: Mesh, data: MeshData) -> Floats:
+    """Tensors (n, 3) of the nodes, by those of the triangles if the mesh has no other; PlotOptionError without any."""
+    if len(mesh.metric):
+        return mesh.metric
+    tensors = tensors_in(data.cells)
+    if tensors is None:
+        raise PlotOptionError("ellipses", f"the mesh has no metric: its triangles need the data {', '.join(ENTRIES)}")
+    return node_tensors(mesh.triangles, tensors, len(mesh.points))
 
 
 def _add_cell_edges(axes: Axes, mesh: Mesh, shown: Booleans, width: float, *, rasterized: bool) -> None:

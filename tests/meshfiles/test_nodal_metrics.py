@@ -7,15 +7,20 @@ import meshio
 import numpy as np
 import pytest
 from commands import command
+from matplotlib.collections import EllipseCollection
 from metrics import FRONT, matrices, metric_case, random_tensors
 from scipy.linalg import expm
 
 from bubblemesh import load_case, mesh_case
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.metric import at_centroids, nodes_of_triangles
+from bubblemesh.meshes.metric import at_centroids, node_tensors
+from bubblemesh.meshes.tensors import axes
 from bubblemesh.meshfiles.metric import read_metric, with_metric
 from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.pictures.colouring import MeshData
+from bubblemesh.pictures.plots import mesh_figure
+from bubblemesh.pictures.styles import PlotOptions
 from bubblemesh.problem.prepare import prepare
 
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -44,7 +49,7 @@ def test_tensors_are_carried_over_by_the_mean_of_their_logarithms():
     tensors = random_tensors(np.random.default_rng(0), 4, 5)
     expected = expm(logarithm(tensors)[TRIANGLES[1]].mean(axis=0))
     np.testing.assert_allclose(matrices(at_centroids(TRIANGLES, tensors))[1], expected)
-    found = matrices(nodes_of_triangles(TRIANGLES, tensors[:2], 4))
+    found = matrices(node_tensors(TRIANGLES, tensors[:2], 4))
     np.testing.assert_allclose(found[0], expm(logarithm(tensors[:2]).mean(axis=0)))
     np.testing.assert_allclose(found[[1, 3]], matrices(tensors[:2]))
 
@@ -81,6 +86,16 @@ def test_ellipses_of_a_metric_at_the_nodes_are_drawn(folder, tmp_path):
     code, _, told = command("plot", "--ellipses", folder / "plain.vtu", "-o", tmp_path / "b.svg")
     assert code == 2
     assert "plain.vtu: holds no metric: its triangles need the data metric_11" in " ".join(told.split())
+
+
+@pytest.mark.parametrize("name", ["a.vtu", "a.mesh"])
+def test_pictures_have_the_ellipses_that_a_file_gives_the_next_mesh(folder, name):
+    read = with_metric(read_mesh(folder / name))
+    figure = mesh_figure(read.mesh, PlotOptions(ellipses=True), MeshData(read.cell_data, read.point_data))
+    (drawn,) = (part for part in figure.axes[0].collections if isinstance(part, EllipseCollection))
+    expected = axes(read_metric(folder / name, None, "field").values)
+    np.testing.assert_allclose(drawn._heights * 2, expected.across)
+    np.testing.assert_allclose(drawn._widths * 2, expected.along)
 
 
 @pytest.mark.parametrize("name", ["a.vtu", "a.mesh"])
