@@ -81,28 +81,29 @@ class Clock:
     """A watch that ends a packing, or its refinement, while there is time to finish it, and hands on the share done."""
 
     limit: float | None  # seconds
-    reserve: float  # seconds that what follows takes
+    reserve: float  # seconds that what follows takes where no other program works
     on_share: OnShare
+    slowness: float = 1.0  # how many times as long it takes beside other programs
     share: float = 0.0
     over: bool = False  # whether it has ended anything
+
+    @property
+    def left(self) -> float:
+        """Seconds until the packing has to end, negative if its time is up; infinite without a limit."""
+        return time_left() - self.reserve * self.slowness
 
     def __call__(self, share: float) -> None:
         """Note the share that is done; TimeUp if the time is over."""
         self.tell(share)
-        if time_left() < self.reserve:
+        if self.left < 0:
             self.over = True
             raise TimeUp(_reason(self.limit))
 
     def tell(self, share: float) -> None:
         """Hand on the share that is done, and note it while there is time: it is what a limit will have left."""
-        if time_left() >= self.reserve or self.share == 0:
+        if self.left >= 0 or self.share == 0:
             self.share = share
         self.on_share(share)
-
-    def deadline(self, slowness: float) -> Deadline:
-        """Time at which the work of others has to end; what follows takes so many times as long as was reserved."""
-        self.reserve *= slowness
-        return Deadline.within(time_left() - self.reserve)
 
     def cut_short(self, *, refining: bool = False) -> CutShort:
         """What the limit has ended."""
@@ -183,7 +184,7 @@ def _whole(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]
         levels, start = method.started(domain, table, problem.packed_nodes, task.max_nodes)
         first = Figures.of(start, connect(start, domain).triangles, levels[0])
     rows, speeds = list[RoundRow](), list[Floats]()
-    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes * work.slowness(), options.on_share)
+    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, options.on_share, work.slowness())
     with stopwatch.stage("packing"):
         last_end = perf_counter()
         last: Round | None = None
@@ -235,7 +236,8 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clo
     )
 
     def deadline() -> Deadline:
-        return clock.deadline(work.slowness())
+        clock.slowness = work.slowness()
+        return Deadline.within(clock.left)
 
     workshop = Workshop(options.crew, keeping.store(scale_of(problem)), on_done, clock.tell)
     with stopwatch.stage("packing"):
