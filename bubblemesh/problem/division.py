@@ -2,8 +2,8 @@
 
 from bubblemesh.errors import CaseError, at_key
 from bubblemesh.problem.problem import Problem
-from bubblemesh.problem.warnings import FEW_NODES
 
+FEW_NODES = 100  # below which the boundary decides the number
 MOST_TRIANGLES = 4.0  # for each node that is expected, twice as many as there are
 
 

@@ -177,11 +177,11 @@ def _warnings(
     fitted: Fitted,
 ) -> tuple[str, ...]:
     """Warnings of a domain and its spacing at some scale."""
-    filled = fitted.filled
-    edges = warnings.RefiningEdges.of(domain, fitted.short)
+    filled, short, coarse = fitted.filled, fitted.short, fitted.coarse
+    edges = warnings.RefiningEdges.of(domain, short)
     detail = FinerSpacing(
-        fitted.short,
-        fitted.coarse,
+        short,
+        coarse,
         edges,
         filled.gaps,
         filled.spacing,
@@ -196,7 +196,7 @@ def _warnings(
         *request.warnings,
         *warnings.sharp_angles(domain),
         # How many nodes detail takes is known for circles only.
-        *(warnings.refined_boundary(*detail[:3]) if request.metrics else warnings.detail(detail)),
+        *(warnings.refined_boundary(short, coarse, edges) if request.metrics else warnings.detail(detail)),
         *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
         *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.requested),
     )

@@ -1,7 +1,7 @@
 """Warnings of what a case asks for and cannot have, each with its place."""
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,20 +16,12 @@ from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
-    from bubblemesh.meshes.partition import Partition
-    from bubblemesh.packing.demands import Demands
-    from bubblemesh.packing.refinement import Refined
-    from bubblemesh.problem.node_target import NodeTarget
 
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
 MOST_SAMPLES = 100_000
 NARROW = 0.7  # spacings: triangles across what is wider are good
 SHARPEST = 5.0  # degrees
 MOST_ANGLES = 5  # that a warning lists one by one
-POOR_QUALITY = 0.2
-FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
-FEW_NODES = 100  # below which the boundary decides the number
-COARSER = 2.0  # times the sizes that a solution asks for: larger ones have a warning
 MANY_TIMES = 1.5  # the nodes of a spacing: more of them have a warning
 SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
@@ -225,83 +217,6 @@ def limited_growth(grading: LimitedSpacing, limit: float | None, scale: float | 
     ]
 
 
-def straight_facets(count: int) -> list[str]:
-    """Boundary edges of second order that could not follow their curve."""
-    if count == 0:
-        return []
-    edges = "1 boundary edge keeps" if count == 1 else f"{count} boundary edges keep"
-    return [f"{edges} a straight second-order form: on its curve a triangle would fold over; refine the spacing there"]
-
-
-def divided_by_geometry(partition: "Partition") -> list[str]:
-    """A partition that METIS did not make, and why."""
-    if partition.reason is None:
-        return []
-    return [f"the mesh is divided by geometry: {partition.reason}"]
-
-
-def sharper_corners(refined: "Refined", demands: "Demands") -> list[str]:
-    """Corners in which triangles are sharper than the least angle that is asked for."""
-    corners = sorted(refined.excused, key=lambda corner: corner.angle)
-    if not corners:
-        return []
-    angles = ", ".join(f"{corner.angle:.3g} degrees at {place(corner.at)}" for corner in corners[:MOST_ANGLES])
-    more = f" and {len(corners) - MOST_ANGLES} more" if len(corners) > MOST_ANGLES else ""
-    which = "a corner that is" if len(corners) == 1 else f"{len(corners)} corners that are"
-    sharper = "below twice that, which an edge inside halves" if demands.inner_node else "sharper"
-    return [
-        f"angle_min: {demands.angle:g} holds but in {which} {sharper}, with {angles}{more}: no mesh can do better there"
-    ]
-
-
-def missed_node_target(target: "NodeTarget", found: int) -> list[str]:
-    """A number of nodes that the mesh, with as many as were ``found``, should have and misses."""
-    if not target.is_missed_by(found):
-        return []
-    which = "more" if found > target.nodes else "fewer"
-    return [
-        f"the mesh has {found} nodes, {abs(found / target.nodes - 1):.1%} {which} than the {target.nodes} asked "
-        "for: no scale that was tried comes nearer"
-    ]
-
-
 def low_layers(found: "Sequence[LabelLayers]") -> list[str]:
     """Warnings of layers that are lower than what was asked for."""
     return [text for layers in found for text in layers.lacking]
-
-
-def jumps_at_layers(found: "Sequence[LabelLayers] | None") -> list[str]:
-    """Warnings of layers beside which triangles are much higher, or much smaller, so that cells are flat."""
-    texts = [text for layers in found or () for text in (layers.flat, layers.jumping)]
-    return [text for text in texts if text is not None]
-
-
-def nodes_of_layers(nodes: int, own: float, scale: float) -> list[str]:
-    """A number of nodes of which layers take so many that sizes beside them are much larger than a solution asks for.
-
-    ``own`` nodes are those of the layers, ``scale`` is that of the spacing with which the number is met.
-    """
-    if scale <= COARSER:
-        return []
-    return [
-        f"the layers take about {own:.0f} of the {nodes} nodes: the spacing beside them is {scale:.3g} times the one "
-        "that the solution asks for with so many: ask for more nodes, or for fewer layers"
-    ]
-
-
-def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, packed_finer: bool = False) -> list[str]:
-    """Warnings of a poor mesh; without an ideal number of nodes their number is not judged.
-
-    Where the spacing of the packing is finer than the one asked for more nodes than the ideal number are no fault.
-    """
-    warnings = []
-    worst = figures["quality"]["worst"][0]
-    if worst["quality"] < POOR_QUALITY:
-        warnings.append(f"the worst triangle, at {place(worst['at'])}, has a quality of {worst['quality']:.3f} only")
-    if ideal_nodes is not None and max(figures["nodes"], ideal_nodes) > FEW_NODES:
-        ratio = figures["nodes"] / ideal_nodes
-        if ratio < FEWEST or (ratio > MOST and not packed_finer):
-            warnings.append(f"the mesh has {ratio:.2f} times the {ideal_nodes:.0f} nodes that the spacing asks for")
-    if figures["boundary_nodes"] == figures["nodes"]:
-        warnings.append("all nodes are on the boundary: the spacing is too large for a node inside")
-    return warnings

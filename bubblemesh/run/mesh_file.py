@@ -13,8 +13,8 @@ from bubblemesh.meshes.quality import mesh_figures
 from bubblemesh.meshfiles.formats import formats_by_ending, stem_of
 from bubblemesh.meshfiles.groups import Fields
 from bubblemesh.meshfiles.whole_mesh import whole_mesh
-from bubblemesh.problem.warnings import divided_by_geometry
 from bubblemesh.records import record
+from bubblemesh.run.warnings import divided_by_geometry
 
 
 @record

@@ -8,7 +8,6 @@ import numpy as np
 from bubblemesh.arrays import Floats, quantile
 from bubblemesh.meshes.metric import share_within
 from bubblemesh.meshes.quality import Measures, edge_ratios
-from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH
@@ -18,8 +17,6 @@ from bubblemesh.spacing.rules.sources import Sources
 if TYPE_CHECKING:
     from bubblemesh.problem.problem import Problem
 
-JUMP = 4.0  # ratio of the sizes across of ellipses at both ends of an edge, from which it is told
-TURN = 60.0  # degrees between their long axes, from which it is told
 ROUND = 2.0  # aspect up to which an ellipse may turn as it likes
 SHORTER = 0.95  # share of its length below which an ellipse is told to be shorter
 TURNS = "the metric turns faster than straight edges can"
@@ -99,34 +96,3 @@ def _reasons(
     growing = held.extended(points) * SHORTER < finer * along
     reason = np.select([turning, growing, along > problem.domain.size], [TURNS, GROWS, SMALL], FINER)
     return tuple(text for text, _ in Counter(reason.tolist()).most_common())
-
-
-def unsteady_ellipses(metric: MetricRow | None, *, adapted: bool) -> list[str]:
-    """Warnings of a metric that turns so fast that its ellipses are made shorter, and of one that jumps.
-
-    How fast one that is ``adapted`` to a solution may grow is told by another key.
-    """
-    if metric is None:
-        return []
-    jumps = [
-        f"{what} at {place(at)}"
-        for jumps, what, at in (
-            (metric.steepest > JUMP, f"by a factor of {metric.steepest:.3g}", metric.steepest_at),
-            (metric.turn > TURN, f"by {metric.turn:.0f} degrees", metric.turn_at),
-        )
-        if jumps
-    ]
-    told = [
-        f"the metric jumps: ellipses at the ends of an edge differ {' and '.join(jumps)}, so that triangles are bad "
-        f"there: {'a smaller spacing.growth' if adapted else 'gradation: 0.3 in the metric'} makes it grow gently"
-    ]
-    return [*_shorter(metric.shortened), *(told if jumps else [])]
-
-
-def _shorter(row: ShortenedRow | None) -> list[str]:
-    if row is None:
-        return []
-    return [
-        f"{', or '.join(row.reasons)}: at {row.share:.1%} of the nodes ellipses are shorter along than the metric asks "
-        f"for, {row.ratio:.3g} times at {place(row.ratio_at)}"
-    ]

@@ -15,17 +15,16 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.messages import own_places
 from bubblemesh.parts.work import Crew, alone
-from bubblemesh.problem import warnings
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.process.limits import Stopwatch, time_left
 from bubblemesh.process.resources import peak_memory_mb
 from bubblemesh.records import record
+from bubblemesh.run import warnings
 from bubblemesh.run.completion import Completed, completed
 from bubblemesh.run.estimate import repair_rows, side_motions, spacing_changes
 from bubblemesh.run.measurement import Measured, measured
-from bubblemesh.run.metric import unsteady_ellipses
 from bubblemesh.run.packing import OnRound, OnShare, PackedProblem, RunOptions, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
 from bubblemesh.run.verdict import verdict
@@ -232,7 +231,7 @@ def _report_warnings(best: PackedProblem, found: Measured, done: Completed, *, a
         *(() if best.cut_short is None else (best.cut_short.warning,)),
         *warnings.poor_result(found.figures, as_many, packed_finer=problem.packed_finer),
         *warnings.jumps_at_layers(found.layers),
-        *unsteady_ellipses(found.metric, adapted=adapted),
+        *warnings.unsteady_ellipses(found.metric, adapted=adapted),
         *(() if target is None else warnings.missed_node_target(target, best.nodes)),
         *(
             warnings.nodes_of_layers(target.nodes, layers.own_nodes, best.scale)

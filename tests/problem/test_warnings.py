@@ -6,7 +6,7 @@ import pytest
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.geometry.rings import ArcTo, LineTo, circle, path, polygon, rectangle
-from bubblemesh.problem.warnings import RefiningEdges, narrow_parts, poor_result, refined_boundary, sharp_angles
+from bubblemesh.problem.warnings import RefiningEdges, narrow_parts, refined_boundary, sharp_angles
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -165,29 +165,3 @@ def test_boundary_that_fits_the_spacing_is_not_mentioned(domain, spacing):
     if spacing(np.array([[1.0, 1.0]]))[0] == 0.08:
         return  # the slot's end is shorter than its spacing
     assert _refined(domain, spacing, coarse_curves(domain, spacing)) == []
-
-
-def figures(nodes=1000, boundary=100, quality=0.7):
-    worst = [{"quality": quality, "at": (1.0, 2.0)}]
-    return {"quality": {"worst": worst}, "nodes": nodes, "boundary_nodes": boundary}
-
-
-def test_good_result_has_no_warnings():
-    assert poor_result(figures(), 1000.0) == []
-
-
-def test_poor_triangle_is_named():
-    assert poor_result(figures(quality=0.1), 1000.0) == ["the worst triangle, at (1, 2), has a quality of 0.100 only"]
-
-
-@pytest.mark.parametrize(("nodes", "warned"), [(880, True), (920, False), (1140, False), (1160, True), (90, True)])
-def test_node_count_is_compared_with_the_ideal_one(nodes, warned):
-    assert bool(poor_result(figures(nodes, boundary=80), 1000.0)) == warned
-    assert poor_result(figures(nodes, boundary=80), None) == []
-    assert bool(poor_result(figures(nodes, boundary=80), 1000.0, packed_finer=True)) == (nodes < 900)
-
-
-def test_mesh_without_inner_nodes_is_mentioned():
-    assert poor_result(figures(50, boundary=50), 50.0) == [
-        "all nodes are on the boundary: the spacing is too large for a node inside"
-    ]

@@ -15,8 +15,9 @@ from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import inverted
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.estimate import estimate
-from bubblemesh.run.metric import MetricRow, unsteady_ellipses
+from bubblemesh.run.metric import MetricRow
 from bubblemesh.run.pipeline import mesh_case, mesh_problem
+from bubblemesh.run.warnings import unsteady_ellipses
 from bubblemesh.spacing.survey import ideal_nodes
 
 LONG = {"angle": 0.5, "across": 0.02}
