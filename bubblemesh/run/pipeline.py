@@ -208,7 +208,7 @@ def _report(
         deviation=found.deviation,
         seconds=seconds,
         peak_memory_mb=peak_memory_mb(),
-        warnings=_report_warnings(best, found, done, adapted=adaptation is not None),
+        warnings=_report_warnings(best, found, done),
         repairs=repair_rows(problem.domain),
         refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
         budget=node_target,
@@ -222,10 +222,11 @@ def _report(
     )
 
 
-def _report_warnings(best: PackedProblem, found: Measured, done: Completed, *, adapted: bool) -> tuple[str, ...]:
+def _report_warnings(best: PackedProblem, found: Measured, done: Completed) -> tuple[str, ...]:
     """Warnings of the report: of the case, of its packing, and of the mesh."""
     problem, target, layers = best.problem, best.problem.node_target, best.problem.rest
-    as_many = None if problem.rest else problem.survey.ideal_nodes
+    adapted = problem.task.adapted
+    as_many = None if layers else problem.survey.ideal_nodes
     return (
         *problem.warnings,
         *(() if best.cut_short is None else (best.cut_short.warning,)),
