@@ -6,19 +6,12 @@ A new term takes a model here with its key in `DataTerms`, a function in ``spaci
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.fields import InputFile, Number, Positive, Strict, Text, list_of, not_empty
-
-Model = TypeVar("Model")
-
-OneOrMore = Annotated[
-    Annotated[Model, Tag("<one>")] | Annotated[tuple[Model, ...], BeforeValidator(not_empty), Tag("<several>")],
-    Discriminator(lambda value: "<several>" if isinstance(value, list | tuple) else "<one>"),
-]
+from bubblemesh.case.fields import InputFile, Number, OneOrMore, Positive, Strict, Text, list_of, not_empty, several
 
 Corners = tuple[float, float, float, float]
 
@@ -120,13 +113,6 @@ class ScatteredTerm(Tabulated):
         if (self.file is None) == (self.points is None):
             raise PydanticCustomError("scattered", "must have one of the keys file and points")
         return self
-
-
-def several(terms: Model | tuple[Model, ...] | None) -> tuple[Model, ...]:
-    """The terms under a key as a tuple: none, one, or several."""
-    if terms is None:
-        return ()
-    return terms if isinstance(terms, tuple) else (terms,)
 
 
 class DataTerms(Strict):

@@ -6,7 +6,7 @@ from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.data_terms import ValueBounds
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, PositiveArea, Strict, Text, list_of, not_empty
+from bubblemesh.case.fields import Choice, Label, OneLabel, OneOrMore, PositiveArea, Strict, Text, list_of
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.lines_and_points import LineKeys, PointKeys
 from bubblemesh.case.repair import RepairKeys
@@ -67,10 +67,7 @@ class InnerKeys(Strict):
     points: tuple[PointKeys, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 
 
-Outer = Annotated[
-    Annotated[RingKeys, Tag("<ring>")] | Annotated[tuple[RingKeys, ...], BeforeValidator(not_empty), Tag("<rings>")],
-    Discriminator(lambda value: "<rings>" if isinstance(value, list | tuple) else "<ring>"),
-]
+Outer = OneOrMore[RingKeys]
 
 
 class RingDomain(RepairKeys, InnerKeys):

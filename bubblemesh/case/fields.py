@@ -4,16 +4,18 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from difflib import get_close_matches
 from pathlib import PurePath
-from typing import Annotated, Any, Literal, LiteralString, NamedTuple
+from typing import Annotated, Any, Literal, LiteralString, NamedTuple, TypeVar
 
 from pydantic import (
     AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
     GetCoreSchemaHandler,
     PlainSerializer,
+    Tag,
     ValidationInfo,
 )
 from pydantic_core import CoreSchema, PydanticCustomError
@@ -24,6 +26,8 @@ from bubblemesh.errors import CaseError
 from bubblemesh.files import LONGEST_NAME, is_writable, with_home
 from bubblemesh.spacing.expression import Expression, UnknownNameError, constant
 from bubblemesh.spacing.quantities import Dimension
+
+T = TypeVar("T")
 
 # Kind of errors that follow from another error.
 FOLLOWS = "follows"
@@ -114,6 +118,19 @@ def not_empty(value: Any) -> Any:
     if isinstance(value, list | tuple) and not value:
         raise PydanticCustomError("empty", "must have at least one entry")
     return value
+
+
+OneOrMore = Annotated[
+    Annotated[T, Tag("<one>")] | Annotated[tuple[T, ...], BeforeValidator(not_empty), Tag("<several>")],
+    Discriminator(lambda value: "<several>" if isinstance(value, list | tuple) else "<one>"),
+]
+
+
+def several(given: T | tuple[T, ...] | None) -> tuple[T, ...]:
+    """What is given under a key of one or more, as a tuple: none, one, or several."""
+    if given is None:
+        return ()
+    return given if isinstance(given, tuple) else (given,)
 
 
 def _whole(value: Any) -> Any:

@@ -5,9 +5,8 @@ from typing import Any, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import OneOrMore
 from bubblemesh.case.faults import checked
-from bubblemesh.case.fields import Growth, Label, Layers, Positive, Strict
+from bubblemesh.case.fields import Growth, Label, Layers, OneOrMore, Positive, Strict
 
 GROWTH = 1.2  # default
 

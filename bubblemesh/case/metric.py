@@ -5,9 +5,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import DataTerm, OneOrMore, ValueBounds, several
+from bubblemesh.case.data_terms import DataTerm, ValueBounds
 from bubblemesh.case.faults import checked
-from bubblemesh.case.fields import Choice, InputFile, Label, Number, Positive, Strict, Text
+from bubblemesh.case.fields import Choice, InputFile, Label, Number, OneOrMore, Positive, Strict, Text, several
 from bubblemesh.case.spacing import ExpressionText, SpacingValue
 from bubblemesh.spacing.expression import Expression
 

@@ -20,7 +20,6 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from bubblemesh.case.crs import CrsKeys
-from bubblemesh.case.data_terms import OneOrMore
 from bubblemesh.case.depth import AnyNodeDepth, NodeDepthKeys
 from bubblemesh.case.domain import DomainKeys
 from bubblemesh.case.faults import Origin
@@ -31,6 +30,7 @@ from bubblemesh.case.fields import (
     Folder,
     Fraction,
     Label,
+    OneOrMore,
     Parts,
     Positive,
     PositiveArea,

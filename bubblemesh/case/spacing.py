@@ -15,10 +15,22 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import DataTerms, OneOrMore
+from bubblemesh.case.data_terms import DataTerms
 from bubblemesh.case.depth import CourantKeys, SlopeKeys, WaveKeys
 from bubblemesh.case.faults import checked
-from bubblemesh.case.fields import AS_GIVEN, Choice, Count, Label, Number, Once, Point, Positive, Strict, as_expression
+from bubblemesh.case.fields import (
+    AS_GIVEN,
+    Choice,
+    Count,
+    Label,
+    Number,
+    Once,
+    OneOrMore,
+    Point,
+    Positive,
+    Strict,
+    as_expression,
+)
 from bubblemesh.spacing.expression import Expression
 
 Value = float | Expression

@@ -10,8 +10,8 @@ from bubblemesh import readers
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.crs import CrsKeys
-from bubblemesh.case.data_terms import several
 from bubblemesh.case.domain import DomainKeys, ShoreDomain
+from bubblemesh.case.fields import several
 from bubblemesh.case.spacing import NearLine, NearPoint, SpacingTerms
 from bubblemesh.errors import CaseError, at_key
 from bubblemesh.geometry.domain import Domain

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.case.data_terms import several
+from bubblemesh.case.fields import several
 from bubblemesh.case.layers import LayerKeys
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain

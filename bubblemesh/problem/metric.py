@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.case.data_terms import several
+from bubblemesh.case.fields import several
 from bubblemesh.case.metric import AnyMetric, DirectedMetric, FieldMetric, TensorMetric, WallMetric
 from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.domain import Domain

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats
-from bubblemesh.case.data_terms import several
+from bubblemesh.case.fields import several
 from bubblemesh.case.spacing import NearLabel, NearLine, NearPoint, NearTerm, SpacingTerms
 from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.distance.distances import MOST_FORMULAS, FromPoints, distance_to_line

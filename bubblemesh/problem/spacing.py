@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bubblemesh.case import Case
-from bubblemesh.case.data_terms import several
 from bubblemesh.case.depth import NodeDepthKeys
+from bubblemesh.case.fields import several
 from bubblemesh.case.metric import AnyMetric
 from bubblemesh.case.spacing import SpacingTerms, Value, as_terms
 from bubblemesh.errors import Key, at_key

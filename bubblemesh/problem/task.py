@@ -4,8 +4,8 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from bubblemesh.case import Case
-from bubblemesh.case.data_terms import several
 from bubblemesh.case.domain import RegionFile
+from bubblemesh.case.fields import several
 from bubblemesh.errors import at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.label_distances import require_labels
