@@ -40,6 +40,7 @@ class Spacing:
     """Desired distance between neighbouring nodes, in the domain's unit of length."""
 
     in_metric: ClassVar[bool] = False  # whether it depends on the direction
+    noun: ClassVar[str] = "the spacing"  # for messages
 
     function: Function
     floor: float = 0.0  # stands for d outside the domain where the function has no positive value

@@ -209,11 +209,10 @@ def _integral(parts: IntegralParts, tolerance: float, enough: int) -> float:
 
 
 def _too_many(needed: float, max_nodes: int, spacing: Spacing) -> LimitError:
-    what = "the metric" if spacing.in_metric else "the spacing"
     many = f"about {needed:.3g} nodes" if np.isfinite(needed) else "more nodes than can be counted"
     return LimitError(
-        f"{node_limit()}: {what} needs {many}, more than the limit of {max_nodes}: "
-        f"{coarsening(what)} or raise the limit"
+        f"{node_limit()}: {spacing.noun} needs {many}, more than the limit of {max_nodes}: "
+        f"{coarsening(spacing.noun)} or raise the limit"
     )
 
 

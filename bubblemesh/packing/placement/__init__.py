@@ -52,9 +52,9 @@ class Placement(Protocol):
 def require_at_most(max_nodes: int, count: int, spacing: Spacing) -> None:
     """Stop a placement by a spacing that runs away."""
     if count > 4 * max_nodes:
-        what = "the metric" if spacing.in_metric else "the spacing"
         raise LimitError(
-            f"{node_limit()}: {what} needs more than {max_nodes} nodes: {coarsening(what)} or raise the limit"
+            f"{node_limit()}: {spacing.noun} needs more than {max_nodes} nodes: "
+            f"{coarsening(spacing.noun)} or raise the limit"
         )
 
 

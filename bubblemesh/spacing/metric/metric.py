@@ -44,6 +44,7 @@ class MetricSpacing(Spacing):
     """
 
     in_metric: ClassVar[bool] = True
+    noun: ClassVar[str] = "the metric"
 
     ellipses: EllipsesAt = field(kw_only=True)
     aspect: float = field(default=1.0, kw_only=True)  # of the longest ellipse in the domain
