@@ -7,7 +7,7 @@ from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.packing.annealing import CircleAnnealing
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.forces import VanDerWaals
-from bubblemesh.packing.levels import refined
+from bubblemesh.packing.levels import finer
 from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.method import Method
 from bubblemesh.packing.motion import Motion
@@ -62,10 +62,10 @@ class CirclePacking:
     method: CircleMethod
     setting: Setting
 
-    def refine(self, spacing: Spacing) -> None:
-        """Refine the bubbles for the next level's spacing."""
+    def to_level(self, spacing: Spacing) -> None:
+        """Make the bubbles those of the next level, and go on with its spacing."""
         domain = self.setting.domain
-        self.spacing, self.net = spacing, refined(self.net, domain, spacing)
+        self.spacing, self.net = spacing, finer(self.net, domain, spacing)
         start = self.method.placement.again(self.net.bubbles, domain, spacing)
         if start is not self.net.bubbles:
             self.net = connect(start, domain)

@@ -97,7 +97,7 @@ def coarsened(domain: Domain, spacing: Spacing, factor: float) -> Spacing:
     return Spacing(lambda x, y: np.maximum(limited.function(x, y), spacing.function(x, y)), spacing.floor)
 
 
-def refined(net: Net, domain: Domain, spacing: Spacing) -> Net:
+def finer(net: Net, domain: Domain, spacing: Spacing) -> Net:
     """The bubbles of a coarse net and the middles of its edges, for a finer spacing; the boundary is spaced anew."""
     x, edges, first = net.bubbles.x, np.flatnonzero(net.inner), net.bubbles.boundary_count
     ends = x[net.edges[edges]]
@@ -116,13 +116,13 @@ def refined(net: Net, domain: Domain, spacing: Spacing) -> Net:
     middle[edges[long]] = numbers[inside:]
     number = np.concatenate([np.full(first, LEFT_OUT), numbers[:inside]])
     bubbles = replace(grown, touched=np.zeros(len(grown), bool))
-    finer = unconnected(bubbles, domain)
-    triangles = _refined_triangles(net, number, middle, finer)
-    return connect(bubbles, domain) if triangles is None else reconnect(finer, bubbles, triangles)
+    fine = unconnected(bubbles, domain)
+    triangles = _finer_triangles(net, number, middle, fine)
+    return connect(bubbles, domain) if triangles is None else reconnect(fine, bubbles, triangles)
 
 
-def _refined_triangles(net: Net, number: Integers, middle: Integers, finer: Net) -> Integers | None:
-    """Triangles (t, 3) of a ``finer`` net without any, most of them parts of those of a coarse net.
+def _finer_triangles(net: Net, number: Integers, middle: Integers, fine: Net) -> Integers | None:
+    """Triangles (t, 3) of a ``fine`` net without any, most of them parts of those of a coarse net.
 
     Its nodes (n,) and the middles of its edges (m,) have other numbers there. The rest, beside the boundary, is
     triangulated. None if no kernels are compiled or that fails: then all has to be.
@@ -131,13 +131,13 @@ def _refined_triangles(net: Net, number: Integers, middle: Integers, finer: Net)
     if compiled is None:
         return None
     known, rim = refined_triangles(compiled, net.triangles, net.edges, number, middle)
-    x, count = finer.bubbles.x, finer.bubbles.boundary_count
+    x, count = fine.bubbles.x, fine.bubbles.boundary_count
     rest = np.ones(len(x), bool)
     rest[known] = False
     rest[rim] = rest[:count] = True
     numbers, renumbered = np.flatnonzero(rest), np.cumsum(rest) - 1
-    walls = renumbered[np.concatenate([finer.facets, rim])]
-    two_sided = np.append(finer.two_sided, np.zeros(len(rim), bool))
+    walls = renumbered[np.concatenate([fine.facets, rim])]
+    two_sided = np.append(fine.two_sided, np.zeros(len(rim), bool))
     try:
         return np.concatenate([known, numbers[linked(x[rest], walls, two_sided)[0]]])
     except GeometryError:  # a finer boundary may bulge out to where it was not before

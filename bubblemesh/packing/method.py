@@ -26,8 +26,8 @@ class Packing(Protocol):
     def net(self) -> Net:
         """The bubbles so far, connected."""
 
-    def refine(self, spacing: Spacing) -> None:
-        """Refine the bubbles for the next level's spacing."""
+    def to_level(self, spacing: Spacing) -> None:
+        """Go on with the spacing of the next level."""
 
     def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
         """Move them in a round of a stage, counted from 0, in the first one by annealing if the stage has it.

@@ -52,8 +52,8 @@ def rounds(
     """Rounds of the method on each level; after the last change of population the packing is finished.
 
     The bubbles of the ``start`` are placed by the first of the levels' spacings, which go from the coarsest to the one
-    asked for. If the watch raises `TimeUp`, the bubbles are refined to the last spacing without further rounds, but for
-    a last one that is marked as late.
+    asked for. If the watch raises `TimeUp`, the bubbles go to the last level without further rounds, but for a last one
+    that is marked as late.
     """
     random = method.perturbation.generator()
     stages = method.stages(len(levels), len(start))
@@ -65,7 +65,7 @@ def rounds(
         for stage in stages:
             if stage.rank.coarser > level:
                 level = stage.rank.coarser
-                packing.refine(levels[level])
+                packing.to_level(levels[level])
             progress.begin(stage)
             for done in _rounds(packing, method, stage, number + 1):
                 number, before = done.number, len(done.bubbles)
@@ -74,7 +74,7 @@ def rounds(
     except TimeUp as reason:
         # What the round has done until then counts as this one's.
         for spacing in levels[level + 1 :]:
-            packing.refine(spacing)
+            packing.to_level(spacing)
         packing.end()
         inserted = max(len(packing.net.bubbles) - before, 0)
         yield Round(number + 1, before, inserted, packing.net, np.zeros(0), 0, str(reason), late=True)

@@ -160,6 +160,6 @@ def _apart(points: Floats, room: Floats) -> Integers:
         return np.zeros(0, np.int64)
     tree = shapely.STRtree(shapely.points(points))
     one, other = tree.query(shapely.points(points), predicate="dwithin", distance=room)
-    taken = np.ones(len(points), bool)
-    taken[np.maximum(one, other)[one != other]] = False
-    return np.flatnonzero(taken)
+    alone = np.ones(len(points), bool)
+    alone[np.maximum(one, other)[one != other]] = False
+    return np.flatnonzero(alone)

@@ -11,7 +11,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.kernels.library import COMPILED, engine
 from bubblemesh.meshes import triangulation
-from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, refined, steepness
+from bubblemesh.packing.levels import SPLIT, Doubling, SingleLevel, finer, steepness
 from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
@@ -158,7 +158,7 @@ def test_spacing_that_exists_in_the_domain_only_has_coarse_levels():
 @pytest.mark.parametrize("side", [2, 5])
 def test_refined_perfect_lattice_is_the_lattice_of_half_the_spacing(side):
     domain, _, bubbles = packed_hexagon(side)
-    fine = refined(connect(bubbles, domain), domain, uniform(0.5)).bubbles
+    fine = finer(connect(bubbles, domain), domain, uniform(0.5)).bubbles
     expected = hexagon(2 * side) / 2
     assert len(fine) == len(expected)
     assert sorted(map(tuple, fine.x.round(9) + 0.0)) == sorted(map(tuple, expected.round(9) + 0.0))
@@ -171,7 +171,7 @@ def test_short_edges_are_not_halved():
     domain, _, bubbles = packed_hexagon(5)
     net = connect(bubbles, domain)
     for d, halved in ((1.02 / SPLIT, False), (0.98 / SPLIT, True)):  # of edges of unit length
-        inner = refined(net, domain, uniform(d)).bubbles
+        inner = finer(net, domain, uniform(d)).bubbles
         assert (len(inner) - inner.boundary_count > len(bubbles)) is halved
 
 
@@ -180,7 +180,7 @@ def test_refined_bubbles_keep_away_from_the_finer_boundary():
     coarse = ErrorDiffusion()(domain, uniform(0.4), 10_000)
     fine_spacing = Spacing(lambda x, y: 0.17 + 0.01 * x)
     net = connect(coarse, domain)
-    fine = refined(net, domain, fine_spacing).bubbles
+    fine = finer(net, domain, fine_spacing).bubbles
     at = fine.boundary_count
     distance = domain.signed_distance(fine.x)
     assert (distance[at:] > 0.45 * fine.d[at:]).all()
@@ -197,7 +197,7 @@ def test_refined_bubbles_keep_away_from_the_finer_boundary():
 
 def test_refined_bubbles_are_in_the_order_of_the_hilbert_curve():
     domain, _, bubbles = packed_hexagon(4)
-    fine = refined(connect(bubbles, domain), domain, uniform(0.5)).bubbles
+    fine = finer(connect(bubbles, domain), domain, uniform(0.5)).bubbles
     steps = np.hypot(*np.diff(fine.x[fine.interior], axis=0).T)
     np.random.default_rng(0).shuffle(shuffled := fine.x[fine.interior].copy())
     assert np.median(steps) < 0.8
@@ -233,7 +233,7 @@ def test_refined_net_is_that_of_its_bubbles_connected_anew(domain, coarse, fine,
     start = ErrorDiffusion()(domain, coarse, 10_000)
     random = np.random.default_rng(seed)
     net = connect_inside(Perturbation(jitter=0.1)(start, coarse, random), domain, coarse)
-    found = refined(net, domain, fine)
+    found = finer(net, domain, fine)
     anew = connect(found.bubbles, domain)
     for one in ("facets", "facet_piece", "two_sided", "triangles", "edges"):
         np.testing.assert_array_equal(getattr(found, one), getattr(anew, one))
@@ -252,7 +252,7 @@ def test_a_finer_boundary_that_crosses_the_triangles_costs_a_triangulation_of_al
         return triangulation.linked(points, constraints, two_sided)
 
     monkeypatch.setattr("bubblemesh.packing.levels.linked", linked)
-    found = refined(net, ROUND, uniform(0.15))
+    found = finer(net, ROUND, uniform(0.15))
     anew = connect(found.bubbles, ROUND)
     np.testing.assert_array_equal(found.triangles, anew.triangles)
     assert (found.legal is not None) == (engine() == COMPILED and fault is None)

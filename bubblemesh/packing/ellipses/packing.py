@@ -70,7 +70,7 @@ class EllipsePacking:
         """The bubbles so far, connected."""
         return self.ellipses.net
 
-    def refine(self, spacing: Spacing) -> None:
+    def to_level(self, spacing: Spacing) -> None:
         """Take the metric of another spacing, where the ellipses are."""
         assert isinstance(spacing, MetricSpacing)
         net, self.spacing = self.ellipses.net, spacing
@@ -118,7 +118,7 @@ class EllipsePacking:
 
     def end(self) -> None:
         """Look at the metric once more: between two looks ellipses keep that of where they were."""
-        self.refine(self.spacing)
+        self.to_level(self.spacing)
 
     def _anneal(self) -> None:
         """Displace bubbles where the order is broken, again and again, with a short relaxation after each.

@@ -116,10 +116,10 @@ def equidistributed(domain: Domain, spacing: Spacing, halved: Booleans | None = 
     given = np.bincount(held.piece, minlength=len(total)) + 1
     least = np.zeros(len(total)) if spacing.in_metric else HELD * given / intervals  # a metric has no coarser levels
     step = _powers_of_two(least)
-    taken = np.zeros(len(total), bool)
-    taken[held.pieces] = (given % step == 0)[held.pieces]
+    from_held = np.zeros(len(total), bool)
+    from_held[held.pieces] = (given % step == 0)[held.pieces]
     # A closed curve has a bubble at its start, an open piece a corner.
-    count = np.where(taken, 0, np.where(boundary.closed, intervals, intervals - 1))
+    count = np.where(from_held, 0, np.where(boundary.closed, intervals, intervals - 1))
     owner, rank = members(count)
     rank = rank + ~boundary.closed[owner]
     before = np.cumsum(total) - total
@@ -130,7 +130,7 @@ def equidistributed(domain: Domain, spacing: Spacing, halved: Booleans | None = 
     share = (target - (reached - weight)[panel]) / weight[panel]
     # Sums over all pieces round: what should be a panel of this piece may come out as the end of the one before.
     s = np.where(piece[panel] == owner, begin[panel] + share * length[panel], 0.0)
-    mine = taken[held.piece] & ((members(given - 1)[1] + 1) % step[held.piece] == 0)
+    mine = from_held[held.piece] & ((members(given - 1)[1] + 1) % step[held.piece] == 0)
     owner, s = np.append(owner, held.piece[mine]), np.append(boundary.wrapped(owner, s), held.s[mine])
     order = np.argsort(owner, kind="stable")
     return _mirrored(domain, owner[order], s[order])
