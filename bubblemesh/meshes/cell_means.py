@@ -15,7 +15,7 @@ AT_A_TIME = 1 << 20  # places
 Function = Callable[[Floats, Floats], Floats]  # values (m,) at x (m,) and y (m,)
 
 
-def cell_means(points: Floats, triangles: Integers, function: Function, across: float = np.inf) -> Floats:
+def cell_means(points: Floats, triangles: Integers, function: Function, across: float) -> Floats:
     """Means (n,) of a function over the cells of the nodes at points (n, 2) of triangles (t, 3).
 
     The third of a triangle is a quadrilateral, which is divided into parts no longer than ``across``, the length over

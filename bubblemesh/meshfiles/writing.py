@@ -104,9 +104,7 @@ def write_files(
     return written
 
 
-def file_names(
-    name: str, formats: Sequence[str], tables: Iterable[str] = (), parts: int = 1, ending: str | None = None
-) -> list[str]:
+def file_names(name: str, formats: Sequence[str], tables: Iterable[str], parts: int, ending: str | None) -> list[str]:
     """Names of all files of a mesh with a number of parts, the report last; CaseError for an impossible name or format.
 
     The first file may have its own ``ending``.

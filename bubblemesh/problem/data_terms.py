@@ -48,7 +48,7 @@ Read = tuple[DataFunction, list[str]]  # with notes on what is missing or left o
 
 @given_coordinates()
 def data_functions(
-    terms: SpacingTerms, box: Box, system: str | None, others: Container[str] = ()
+    terms: SpacingTerms, box: Box, system: str | None, others: Container[str]
 ) -> tuple[dict[Key, DataFunction], tuple[str, ...]]:
     """Functions of the data terms around a box in a system, by their keys, but for rasters by ``others`` names.
 

@@ -62,7 +62,7 @@ def prepare_for(
     return problem
 
 
-def prepare_in(domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch, key: Key = NODES) -> Problem:
+def prepare_in(domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch, key: Key) -> Problem:
     """Make a problem of a domain and a spacing request; ``key`` is that of its number of nodes."""
     nodes = request.nodes
     if nodes is None:
@@ -79,7 +79,7 @@ def prepare_in(domain: Domain, request: SpacingRequest, task: Task, stopwatch: S
     return fit_node_target(_search(domain, request, nodes, task, stopwatch.seconds, key), known)
 
 
-def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key, *, instead: bool = False) -> Problem:
+def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key, *, instead: bool) -> Problem:
     """A problem of a spacing request in which about so many nodes are expected, with their number as its target.
 
     If that is the nearest one, ``instead`` of what was asked for, there is a warning.

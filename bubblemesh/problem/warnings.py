@@ -61,7 +61,7 @@ def small_parts(parts: int | None, nodes: float) -> list[str]:
 
 
 def narrow_parts(
-    walls: FacingWalls, spacing: Spacing, left_out: NarrowPlace | None = None, requested: Spacing | None = None
+    walls: FacingWalls, spacing: Spacing, left_out: NarrowPlace | None, requested: Spacing | None
 ) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if clearly narrower than that.
 
@@ -202,7 +202,7 @@ def refined_boundary(short: Sources, coarse: Sources, edges: RefiningEdges) -> l
     return warnings
 
 
-def limited_growth(grading: LimitedSpacing, limit: float | None, scale: float | None = None) -> list[str]:
+def limited_growth(grading: LimitedSpacing, limit: float | None, scale: float | None) -> list[str]:
     """Warning of a spacing that grows so fast, or jumps, that it is held to less than the case's own limit.
 
     Slopes go with a ``scale`` that was found for a number of nodes.

@@ -22,7 +22,7 @@ JUMP = 4.0  # ratio of the sizes across of ellipses at both ends of an edge, fro
 TURN = 60.0  # degrees between their long axes, from which it is told
 
 
-def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, packed_finer: bool = False) -> list[str]:
+def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, packed_finer: bool) -> list[str]:
     """Warnings of a poor mesh; without an ideal number of nodes their number is not judged.
 
     Where the spacing of the packing is finer than the one asked for more nodes than the ideal number are no fault.

@@ -108,7 +108,7 @@ class Expression:
         named = frozenset(builder.named)
         return cls(given.strip(), parameters, builder.costly, given, tree, program, distance_to, names, named, rasters)
 
-    def measuring(self, distance_to: DistanceTo, rasters: Rasters | None = None) -> "Expression":
+    def measuring(self, distance_to: DistanceTo, rasters: Rasters | None) -> "Expression":
         """Expression with values for its calls of the distance, and for rasters by names; same errors as `parse`."""
         return self._of(self.given, self.parameters, self._tree, distance_to, self.names, rasters)
 

@@ -59,14 +59,14 @@ NARROW = {
 @pytest.mark.parametrize(("text", "width", "place"), NARROW.values(), ids=NARROW)
 def test_what_leaves_a_narrow_strip_is_told_with_its_width_and_place(text, width, place):
     domain = domain_of(UNIT + text)
-    (warning,) = narrow_parts(FacingWalls(domain), uniform(0.1))
+    (warning,) = narrow_parts(FacingWalls(domain), uniform(0.1), None, None)
     assert warning.startswith("what is inside the domain leaves a strip of 0.0")
     found, at = width_and_place(warning)
     assert found == pytest.approx(width, rel=0.05)
     assert "narrower than the spacing there (0.1)" in warning
     if place is not None:
         assert np.hypot(*np.subtract(at, place)) < 0.035
-    assert narrow_parts(FacingWalls(domain), uniform(0.95 * width)) == []
+    assert narrow_parts(FacingWalls(domain), uniform(0.95 * width), None, None) == []
 
 
 WIDE = {
@@ -86,7 +86,7 @@ WIDE = {
 @pytest.mark.long
 @pytest.mark.parametrize("text", WIDE.values(), ids=WIDE)
 def test_no_false_alarm(text):
-    assert narrow_parts(FacingWalls(domain_of(UNIT + text)), uniform(0.1)) == []
+    assert narrow_parts(FacingWalls(domain_of(UNIT + text)), uniform(0.1), None, None) == []
 
 
 @pytest.mark.long
@@ -104,7 +104,7 @@ def test_the_width_is_the_least_distance_of_all(seed):
     domain = domain_of(UNIT + text + lines(*(one.coords for one in made[1:])))
     made += [shapely.Point(p) for p in points]
     least = min(shapely.distance(a, b) for k, a in enumerate(made) for b in made[:k])
-    (warning,) = narrow_parts(FacingWalls(domain), uniform(2 * least))
+    (warning,) = narrow_parts(FacingWalls(domain), uniform(2 * least), None, None)
     assert width_and_place(warning)[0] == pytest.approx(least, rel=1e-2)
 
 

@@ -12,7 +12,7 @@ def test_quadratic_functions_have_exact_means_in_small_parts():
     points, triangles = ONE
     # Over the cell of (0, 0), with the corners (0, 0), (3, 0), (2, 2), (0, 3): integrals of x and x^2 by hand.
     area, first, second = 6.0, 7.0, 11.5
-    np.testing.assert_allclose(cell_means(points, triangles, lambda x, y: x)[0], first / area)
+    np.testing.assert_allclose(cell_means(points, triangles, lambda x, y: x, np.inf)[0], first / area)
     for across in (4, 1, 0.5):
         np.testing.assert_allclose(cell_means(points, triangles, lambda x, y: x**2, across)[0], second / area)
 
@@ -38,5 +38,5 @@ def test_areas_and_constants_are_exact_on_any_parts(across):
 
 def test_nodes_of_no_triangle_have_none():
     points, triangles = ONE
-    means = cell_means(np.vstack([points, [[9.0, 9.0]]]), triangles, lambda x, y: 1 + 0 * x)
+    means = cell_means(np.vstack([points, [[9.0, 9.0]]]), triangles, lambda x, y: 1 + 0 * x, np.inf)
     np.testing.assert_allclose(means, [1, 1, 1, 0])

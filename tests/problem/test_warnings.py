@@ -63,7 +63,7 @@ def test_no_false_alarm_of_sharp_angles(domain, spacing):
 
 @harmless
 def test_no_false_alarm_of_narrow_parts(domain, spacing):
-    assert narrow_parts(FacingWalls(domain), spacing) == []
+    assert narrow_parts(FacingWalls(domain), spacing, None, None) == []
 
 
 @pytest.mark.parametrize("degrees", [1, 3, 4.9])
@@ -128,7 +128,7 @@ NARROW = {
 
 @pytest.mark.parametrize(("domain", "d", "width"), NARROW.values(), ids=NARROW)
 def test_narrow_wall_is_named_with_its_width(domain, d, width):
-    (warning,) = narrow_parts(FacingWalls(domain), uniform(d))
+    (warning,) = narrow_parts(FacingWalls(domain), uniform(d), None, None)
     words = warning.split()
     assert words[:3] == ["the", "domain", "is"]
     assert float(words[3]) == pytest.approx(width, rel=0.05)
@@ -137,7 +137,7 @@ def test_narrow_wall_is_named_with_its_width(domain, d, width):
 
 @pytest.mark.parametrize(("domain", "d", "width"), NARROW.values(), ids=NARROW)
 def test_walls_wider_than_the_spacing_are_not_narrow(domain, d, width):
-    assert narrow_parts(FacingWalls(domain), uniform(0.9 * width)) == []
+    assert narrow_parts(FacingWalls(domain), uniform(0.9 * width), None, None) == []
 
 
 def test_short_edges_are_counted_and_the_shortest_is_named():

@@ -346,7 +346,7 @@ def test_distances_are_bound_to_an_expression_that_is_parsed_already():
         " x + distance('1')\n",
         expression.text,
     )
-    bound = expression.measuring(Circles())
+    bound = expression.measuring(Circles(), None)
     np.testing.assert_array_equal(bound(X, Y), Expression.parse(expression.text, {}, Circles())(X, Y))
     assert bound.parameters == {"h": 2.0}
 

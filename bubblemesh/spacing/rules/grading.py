@@ -137,8 +137,8 @@ def limited_for_packing(
     domain: Domain,
     before: LimitedSpacing,
     sources: Sources,
-    growth: float = STEEPEST_GROWTH,
-    ground: Ground | None = None,
+    growth: float,
+    ground: Ground | None,
 ) -> LimitedSpacing:
     """The spacing, made to grow slowly enough for a packing, and from the sources on by ``growth`` at most.
 

@@ -95,7 +95,7 @@ def finer_of_both_sides(domain: Domain, spacing: Spacing, piece: Integers, s: Fl
 
 
 def limited_across_sides(
-    domain: Domain, given: Spacing, after_rules: LimitedSpacing, ground: Ground | None = None
+    domain: Domain, given: Spacing, after_rules: LimitedSpacing, ground: Ground | None
 ) -> LimitedSpacing:
     """The spacing after its rules, finer beside periodic sides where their counterparts are, if they are.
 
@@ -138,7 +138,7 @@ def _settled(
     before: LimitedSpacing,
     sources: Sources,
     limited: Callable[[LimitedSpacing, Sources, Ground | None], LimitedSpacing],
-    ground: Ground | None = None,
+    ground: Ground | None,
 ) -> LimitedSpacing:
     """The spacing ``limited`` by the sources, and by what they make fine across the sides.
 

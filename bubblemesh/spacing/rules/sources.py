@@ -144,9 +144,9 @@ def curvature_sources(
     spacing: Spacing,
     per_circle: float,
     growth: float,
-    least: float = 0.0,
-    max_nodes: float = np.inf,
-    hidden: Floats | None = None,
+    least: float,
+    max_nodes: float,
+    hidden: Floats | None,
 ) -> Sources:
     """Sources on curves where the spacing is too coarse for ``per_circle`` nodes on a full turn.
 

@@ -182,12 +182,13 @@ def test_what_grows_slowly_by_its_rules_is_graded_no_more(monkeypatch):
     holes = [rings.circle((0.3 * i, 0.5 * j), 0.05) for i in (-2, 0, 1) for j in (-1, 0, 1)]
     plate = Domain.of(rings.rectangle(-1, -1, 1, 1), holes)
     ruled = gradient_limited(plate, uniform(0.3), STEEPEST_GROWTH, coarse_curves(plate, uniform(0.3)))
-    assert limited_for_packing(plate, ruled, NONE) is ruled
-    finer = limited_for_packing(plate, ruled, Sources(np.array([[0.9, 0.9]]), np.array([0.01])))
+    assert limited_for_packing(plate, ruled, NONE, STEEPEST_GROWTH, None) is ruled
+    near = Sources(np.array([[0.9, 0.9]]), np.array([0.01]))
+    finer = limited_for_packing(plate, ruled, near, STEEPEST_GROWTH, None)
     assert finer.steepest is None
     assert finer.spacing(np.array([[0.9, 0.9]]))[0] == pytest.approx(0.01, rel=0.05)
     steep = replace(ruled, growth=0.6)
-    assert limited_for_packing(plate, steep, NONE).growth == STEEPEST_GROWTH
+    assert limited_for_packing(plate, steep, NONE, STEEPEST_GROWTH, None).growth == STEEPEST_GROWTH
 
 
 @pytest.mark.parametrize("spacing", [uniform(0.3), Spacing(lambda x, y: 0.05 + 0.2 * np.hypot(x, y), floor=0.02)])
@@ -198,11 +199,11 @@ def test_more_sources_on_the_ground_of_the_first_ones_give_the_same_spacing(spac
     many = Sources(random.uniform(-1, 1, (60, 2)), random.uniform(0.002, 0.1, 60))
     some, more = many.select(np.arange(20)), many.select(np.arange(20, 60))
     before = LimitedSpacing(spacing)
-    first = limited_for_packing(domain, before, some)
+    first = limited_for_packing(domain, before, some, STEEPEST_GROWTH, None)
     assert len(first.ground.with_sources(domain, spacing, more).given) > len(first.ground.given) + 100
     for growth in (0.2, STEEPEST_GROWTH):
         held = replace(before, growth=growth)
-        anew = limited_for_packing(domain, held, many, growth)
+        anew = limited_for_packing(domain, held, many, growth, None)
         on_ground = limited_for_packing(domain, held, more, growth, first.ground)
         assert on_ground.spacing(INSIDE).tobytes() == anew.spacing(INSIDE).tobytes()
         assert (on_ground.share, on_ground.ratio_at) == (anew.share, anew.ratio_at)

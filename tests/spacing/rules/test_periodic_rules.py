@@ -78,7 +78,7 @@ def test_nothing_changes_where_both_sides_agree(spacing):
 def test_sides_that_are_not_periodic_are_left_alone():
     domain = problem_of("0.1", "[]").domain
     steep = LimitedSpacing(Spacing(lambda x, y: 0.01 + 0.1 * x))
-    assert limited_across_sides(domain, steep.spacing, steep) is steep
+    assert limited_across_sides(domain, steep.spacing, steep, None) is steep
     assert limited_for_packing_across_sides(domain, steep, Sources.none()).spacing is steep.spacing
 
 

@@ -87,22 +87,22 @@ HOLED = Domain.of(rectangle(-4, -4, 4, 4), [circle((0, 0), 1)])
 
 @pytest.mark.parametrize("per_circle", [12, 100])
 def test_nodes_on_a_full_turn_give_the_sizes_on_curves(per_circle):
-    sources = curvature_sources(HOLED, uniform(9), per_circle, 0.4)
+    sources = curvature_sources(HOLED, uniform(9), per_circle, 0.4, 0.0, np.inf, None)
     assert_allclose(sources.sizes, 2 * np.pi / per_circle, rtol=1e-6)
     assert_allclose(np.hypot(*sources.points.T), 1)
-    np.testing.assert_array_equal(curvature_sources(HOLED, uniform(9), per_circle, 0.4, least=1.0).sizes, 1.0)
+    np.testing.assert_array_equal(curvature_sources(HOLED, uniform(9), per_circle, 0.4, 1.0, np.inf, None).sizes, 1.0)
 
 
 @pytest.mark.parametrize("per_circle", [1e5, 1e7, 1e12])
 @pytest.mark.parametrize("domain", [HOLED, Domain.of(circle((0, 0), 1))], ids=["hole", "disc"])
 def test_curves_that_need_too_many_nodes_are_refused(domain, per_circle):
     with pytest.raises(LimitError, match=r"limits.max_nodes: spacing.per_circle asks for more than .* 200000 nodes"):
-        curvature_sources(domain, uniform(0.5), per_circle, 0.4, max_nodes=200_000)
-    assert len(curvature_sources(domain, uniform(0.5), per_circle, 0.4, least=0.1, max_nodes=200_000)) < 1000
+        curvature_sources(domain, uniform(0.5), per_circle, 0.4, 0.0, 200_000, None)
+    assert len(curvature_sources(domain, uniform(0.5), per_circle, 0.4, 0.1, 200_000, None)) < 1000
 
 
 def test_curves_that_need_fewer_nodes_are_not_refused():
     """Beside the curve are at most as many nodes as a spacing that grows from it makes in all of the plane."""
     for domain in (HOLED, Domain.of(circle((0, 0), 1)), Domain.of(circle((0, 0), 1), [circle((0, 0), 0.99)])):
         most = 10_000 * (0.5 + 2 / np.sqrt(3) / 0.4) * len(domain.boundary.kind)
-        assert len(curvature_sources(domain, uniform(0.5), 10_000, 0.4, max_nodes=most)) > 10_000
+        assert len(curvature_sources(domain, uniform(0.5), 10_000, 0.4, 0.0, most, None)) > 10_000
