@@ -106,10 +106,10 @@ def adapted(
 
     The sizes follow from the estimated error; of the case's spacing the limits and rules hold, as `held_request` says.
     The exact solution, an expression in x and y, is to compare the estimate with. A mistake of the user's is a
-    BubblemeshError.
+    BubblemeshError. The limits of the case on time and memory are those of the caller.
     """
     with nullcontext() if target.error is None else coarsened_by(f"ask for a larger {target.called('error')}"):
-        return case.within_limits(lambda: _adapted(case, solution, target, exact, on_round, on_share))
+        return _adapted(case, solution, target, exact, on_round, on_share)
 
 
 def _adapted(
