@@ -1,15 +1,22 @@
 """What all tests share: what needs a browser is marked so, and Gmsh's own reader."""
 
 import signal
+from functools import cache
 
 import pytest
+import typer.testing
+from batches import threads
 from hypothesis import settings
+from typer.main import get_command
 
 from bubblemesh.messages import own_places
 
 # A busy machine fails no test by its time, and all runs try the same examples.
 settings.register_profile("steady", deadline=None, derandomize=True)
 settings.load_profile("steady")
+
+# Typer's runner puts all commands together anew for each one that a test calls, which takes longer than many of them.
+typer.testing._get_command = cache(get_command)
 
 
 def pytest_collection_modifyitems(items):
@@ -24,6 +31,12 @@ def places_of_each_test():
     """Places in messages are those of each test's own cases."""
     with own_places():
         yield
+
+
+@pytest.fixture
+def workers_in_threads(monkeypatch):
+    """Workers of commands are threads, since it takes longer to start processes than to mesh small cases."""
+    monkeypatch.setattr("bubblemesh.workers.hire.local_workers", lambda count, ahead=None: threads(count))
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,9 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
+from typing import NamedTuple
 
 import pytest
 from paths import ROOT
@@ -119,17 +121,30 @@ def room(path):
     return first.removesuffix(".py")
 
 
-def imported(path):
-    """Dotted names of all that a module imports."""
+class Found(NamedTuple):
+    """What a module imports, by dotted names, calls by plain names, and defines as classes."""
+
+    imports: list[str]
+    calls: set[str]
+    classes: list[str]
+
+
+@cache
+def found_in(path):
+    """What is found in a module, which is parsed once for all tests."""
+    found = Found([], set(), [])
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found.imports.extend(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
-            if node.module == "bubblemesh":
-                yield from (f"bubblemesh.{alias.name}" for alias in node.names)
-            else:
-                yield node.module
+            rooms = [f"bubblemesh.{alias.name}" for alias in node.names]
+            found.imports.extend(rooms if node.module == "bubblemesh" else [node.module])
+        elif isinstance(node, ast.Call):
+            found.calls.add(getattr(node.func, "id", ""))
+        elif isinstance(node, ast.ClassDef):
+            found.classes.append(node.name)
+    return found
 
 
 def test_imports_go_downwards_in_the_table_of_the_page():
@@ -142,17 +157,18 @@ def test_imports_go_downwards_in_the_table_of_the_page():
             assert rooms.index(other) > rooms.index(above), f"{above} imports {other}"
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_a_module_imports_only_what_lies_below_it(path):
-    names = list(imported(path))
-    mine = room(path)
-    rooms = {name.split(".")[1] for name in names if name.startswith("bubblemesh.")}
-    assert rooms <= MAY_IMPORT[mine] | {mine} | DOORS.get(path.relative_to(PACKAGE).as_posix(), set())
-    for library, homes in LIBRARIES.items():
-        if mine not in homes:
-            assert library not in {name.split(".")[0] for name in names}
+def test_a_module_imports_only_what_lies_below_it():
+    for path in MODULES:
+        names = found_in(path).imports
+        mine = room(path)
+        rooms = {name.split(".")[1] for name in names if name.startswith("bubblemesh.")}
+        allowed = MAY_IMPORT[mine] | {mine} | DOORS.get(path.relative_to(PACKAGE).as_posix(), set())
+        assert rooms <= allowed, path
+        elsewhere = {library for library, homes in LIBRARIES.items() if mine not in homes}
+        assert not elsewhere & {name.split(".")[0] for name in names}, path
 
 
+@cache
 def modules_below():
     """For each module by its dotted name, those that it imports, but for types alone."""
     names = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in MODULES}
@@ -191,12 +207,9 @@ def test_inner_rooms_and_what_is_around_them_do_not_import_each_other():
     list(TopologicalSorter(below).static_order())
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_only_the_console_and_the_command_line_write_to_the_terminal(path):
-    calls = {
-        getattr(node.func, "id", "") for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)
-    }
-    assert not calls & {"print", "eval", "exec", "input"}
+def test_only_the_console_and_the_command_line_write_to_the_terminal():
+    for path in MODULES:
+        assert not found_in(path).calls & {"print", "eval", "exec", "input"}, path
 
 
 def test_the_root_holds_the_doors_and_few_modules():
@@ -210,9 +223,8 @@ def test_no_two_classes_have_the_same_name():
     """A reader who meets a name, and an editor that is asked for it, finds one class."""
     homes = {}
     for path in MODULES:
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.ClassDef):
-                homes.setdefault(node.name, []).append(path.relative_to(PACKAGE).as_posix())
+        for name in found_in(path).classes:
+            homes.setdefault(name, []).append(path.relative_to(PACKAGE).as_posix())
     assert {name: places for name, places in homes.items() if len(places) > 1} == {}
 
 
