@@ -398,6 +398,7 @@ def test_what_only_the_geometry_shows_to_be_wrong_has_its_line_too(old, new, mes
     assert f"{tmp_path}/{message}" in told
 
 
+@pytest.mark.usefixtures("workers_in_threads")
 def test_the_option_that_is_wrong_is_named_and_so_is_the_base(tmp_path):
     (tmp_path / "late.yaml").write_text(LATE)
     told = command("check", tmp_path / "late.yaml", "--set", "spacing.labels.rim=1")[2]

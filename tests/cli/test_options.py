@@ -39,6 +39,7 @@ def with_option_called(tmp_path, monkeypatch):
         reload(module)
 
 
+@pytest.mark.usefixtures("workers_in_threads")
 @pytest.mark.parametrize("command", ["run", "check", "batch"])
 def test_an_option_is_a_row_in_each_of_two_tables(command, with_option_called, tmp_path):
     assert with_option_called(command, "case.yaml", "--called", "plate").exit_code == 0
