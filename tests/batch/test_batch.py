@@ -51,6 +51,7 @@ def test_all_results_and_the_summary_go_to_the_folder(here):
         (("--for", "su2", "--set", "output.order=1"), (".su2",)),
     ],
 )
+@pytest.mark.usefixtures("workers_in_threads")
 def test_solvers_and_formats_are_chosen_over_all_cases(options, endings, here):
     write(here, a=SMALL, b=SMALL.replace("formats: [msh]", "for: getdp"))
     done = CliRunner().invoke(app, ["batch", ".", "-o", "out", "-j", "1", "-q", *options])

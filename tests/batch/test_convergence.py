@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from batches import rows_of, threads
+from batches import rows_of
 from commands import command
 from matplotlib.colors import to_hex
 
@@ -57,9 +57,9 @@ def test_a_table_that_is_gone_or_none_is_left_out_and_told(content, tmp_path, mo
     assert told == [f"{tmp_path / 'a.rounds.csv'}: the table is damaged or gone: a is not in convergence.svg"]
 
 
+@pytest.mark.usefixtures("workers_in_threads")
 def test_a_batch_warns_of_a_table_of_earlier_cases(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bubblemesh.workers.hire.workers_at", lambda jobs, cluster: threads)
     Path("a.yaml").write_text(CASE)
     Path("b.yaml").write_text(CASE.replace("[1, 2, 3]", "[1]"))
     assert command("batch", "a.yaml", "-o", "out", "--history", "-q")[0] == 0

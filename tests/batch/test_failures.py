@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from importlib import import_module
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from batches import (
     rows_of,
 )
 from commands import command, refused
+from sweeps import sweep
 
 from bubblemesh.batch import BatchOptions, plan_cases
 from bubblemesh.batch.worker import mesh_job
@@ -126,10 +128,10 @@ def test_a_case_that_asks_for_the_impossible_is_a_row_and_the_others_are_meshed(
 
 
 PARTS = ("plan.case_variants", "plan.load_case", "plan.destination", "plan.contents_or_errors", "worker.inputs_digest")
+ERRORS = (ZeroDivisionError, RecursionError, OSError, MemoryError)
 
 
-@pytest.mark.parametrize("part", PARTS)
-@pytest.mark.parametrize("error", [ZeroDivisionError, RecursionError, OSError, MemoryError])
+@pytest.mark.parametrize(("part", "error"), sweep(product(PARTS, ERRORS), quick=8))
 def test_an_error_of_the_program_in_any_part_of_a_batch_is_a_row_of_the_case_alone(part, error, here, monkeypatch):
     def broken(*arguments, **options):
         if "a.yaml" in str(arguments) or "ring.txt" in str(arguments):
