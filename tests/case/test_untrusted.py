@@ -104,6 +104,7 @@ def test_no_command_reads_files_elsewhere(outside, stranger):
     assert (row.exit_code, refusal in row.error) == (2, True)
 
 
+@pytest.mark.usefixtures("workers_in_threads")
 @pytest.mark.parametrize("outside", OUTSIDE)
 def test_a_base_elsewhere_is_not_read(outside, stranger):
     (stranger / "case.yaml").write_text(named("name: a\nbase: FILE\n", "base.yaml", outside))
@@ -122,6 +123,7 @@ def test_a_base_below_the_folder_is_read_and_its_files_too(stranger):
     assert command("check", "--untrusted", "theirs/case.yaml")[0] == 0
 
 
+@pytest.mark.usefixtures("workers_in_threads")
 def test_a_case_file_that_is_a_link_to_elsewhere_is_not_read(stranger):
     (stranger / "case.yaml").symlink_to("../mine/base.yaml")
     for arguments in (["check", "theirs/case.yaml"], ["batch", "theirs", "-o", "out"]):

@@ -64,6 +64,7 @@ def test_a_damaged_list_leads_nowhere(content, ending, tmp_path):
     assert files_beside(tmp_path / f"{'x' * 300}.node") == []
 
 
+@pytest.mark.usefixtures("workers_in_threads")
 def test_a_batch_reads_all_parts_of_a_field(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     plate = "domain: {outer: {rectangle: [0, 0, 4, 2]}}\n"

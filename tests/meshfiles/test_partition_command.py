@@ -121,6 +121,7 @@ def test_geometry_is_told_in_place_of_metis(here, monkeypatch):
     assert json.loads(text)["partition"]["by"] == "geometry"
 
 
+@pytest.mark.usefixtures("workers_in_threads")
 def test_a_batch_divides_each_case(here):
     code, _, said = command("batch", "case.yaml", "-o", "all", "--partition", "4", "-j", "1", "-q")
     assert code == 0, said

@@ -52,6 +52,7 @@ def test_neither_is_what_belongs_to_a_file_that_a_case_reads(tmp_path):
             destination(load, "case.yaml", OutputOptions("."))
 
 
+@pytest.mark.usefixtures("workers_in_threads")
 def test_a_run_leaves_its_field_as_it_was(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.yaml").write_text(case_of(READ["field"][1], "one", "vtu"))
