@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 from itertools import chain
 
 from paths import ROOT
@@ -40,6 +41,7 @@ def said(path):
                 yield ": ...: ".join(map(text_of, node.args))
 
 
+@cache
 def messages():
     found = (re.sub(r"(\.\.\.)+", "...", text) for path in modules() for text in said(path))
     return {text for text in found if WORD.search(text)}

@@ -48,6 +48,7 @@ def test_there_is_one_small_mesh_in_every_format(tracked):
             assert any(name.endswith(ending) for name in names), ending
 
 
+@pytest.mark.long
 def test_a_sample_is_made(make, tmp_path):
     row = make.sample(make.QUICKSTART, tmp_path)
     assert "configs/quickstart.yaml" in row

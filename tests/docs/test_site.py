@@ -15,6 +15,7 @@ import bubblemesh
 from bubblemesh.case import load_case
 from bubblemesh.case.models import case_schema
 from bubblemesh.cli import app
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare
 from docs.make_case_keys import case_keys
 from docs.make_command_options import command_options
@@ -68,7 +69,7 @@ def test_a_page_says_what_its_programs_and_cases_need_beside_the_package(page):
 
 def test_pages_and_the_case_tell_the_same_holes_of_the_board():
     board = ROOT / "configs/gallery/pcb.yaml"
-    holes = prepare(load_case(board)).domain.hole_count
+    holes = case_domain(load_case(board)).hole_count
     for page in ("geometry.md", "tutorials/electronics.md"):
         text = " ".join((DOCS / page).read_text(encoding="utf-8").split())
         drilled, slots = re.search(r"(\d+) drilled holes and (\d+) slots", text).groups()
