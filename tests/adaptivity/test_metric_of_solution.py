@@ -7,6 +7,7 @@ import meshio
 import numpy as np
 import pytest
 from invariants import check_edges, check_mesh
+from sweeps import sweep
 from typer.testing import CliRunner
 
 import bubblemesh
@@ -94,10 +95,14 @@ def test_a_linear_solution_asks_for_circles_of_one_size(mesh):
     assert np.ptp(found.along) < 1e-9 * found.along.max()
 
 
-def test_a_number_of_nodes_that_cannot_be_had_is_refused_and_a_far_error_is_told(mesh, case):
+def test_a_number_of_nodes_that_cannot_be_had_is_refused(mesh, case):
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
     with pytest.raises(LimitError, match=r"nodes: 4 nodes are too few: .* need at least about"):
         bubblemesh.adapt(case, solution, anisotropic=True, nodes=4)
+
+
+@pytest.mark.long
+def test_an_error_that_one_step_does_not_reach_is_told(case):
     coarse = bubblemesh.mesh_case(bubblemesh.load_case("-", text=CASE.replace("0.06", "0.15"))).mesh
     solution = bubblemesh.Solution.of(coarse.points, coarse.triangles, layer(*coarse.points.T))
     result = bubblemesh.adapt(case, solution, anisotropic=True, error=1e-6)
@@ -109,7 +114,7 @@ def test_a_number_of_nodes_that_cannot_be_had_is_refused_and_a_far_error_is_told
 
 @pytest.mark.parametrize(
     ("function", "error"),
-    [(lambda x, y: x * x + y * y, 0.2), (lambda x, y: 2 * x - 3 * y, 0.05), (lambda x, y: 0 * x, 0.05)],
+    sweep([(lambda x, y: x * x + y * y, 0.2), (lambda x, y: 2 * x - 3 * y, 0.05), (lambda x, y: 0 * x, 0.05)], quick=1),
 )
 def test_an_error_that_the_coarsest_mesh_does_not_have_leads_to_that(mesh, case, function, error, recwarn):
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, function(*mesh.points.T))
@@ -138,7 +143,7 @@ def test_a_metric_is_scaled_for_a_number_of_nodes_within_limits(mesh):
     assert found.aspects.max() < 12 * (1 + 1e-6)
 
 
-@pytest.mark.parametrize("target", [{"nodes": 500}, {"error": 0.3}])
+@pytest.mark.parametrize("target", sweep([{"nodes": 500}, {"error": 0.3}], quick=1))
 def test_a_mesh_adapted_by_a_metric_follows_the_layer(mesh, case, target):
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
     result = bubblemesh.adapt(case, solution, anisotropic=True, **target)
@@ -178,6 +183,7 @@ PERIODIC = SQUARE.format(more=", periodic: [[l, r], [b, t]]")
 LAYERS = SQUARE.format(more="") + "layers: [{on: b, first: 0.001, until: isotropic}]\n"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("text", [PERIODIC, LAYERS], ids=["periodic sides", "layers"])
 def test_a_requested_number_of_nodes_is_met_by_what_is_made(mesh, text):
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
@@ -236,13 +242,19 @@ def test_a_counterpart_of_layers_that_are_left_out_has_none_either():
     assert left_out(error, domain, ladders)[0] == (beside,)
 
 
-def test_the_metric_of_a_solution_is_the_finer_one_of_both_periodic_sides(mesh):
+@pytest.mark.long
+def test_a_metric_of_a_solution_goes_on_across_periodic_sides(mesh):
     case = bubblemesh.load_case("-", text=PERIODIC)
     x, y = mesh.points.T
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, np.tanh(10 * np.sin(2 * np.pi * (x + y))))
     once = bubblemesh.adapt(case, solution, anisotropic=True, nodes=800)
     assert not any("periodic sides" in text for text in once.report["warnings"])
     assert once.report["metric"]["edges_within"] > 0.93
+
+
+def test_the_metric_of_a_solution_is_the_finer_one_of_both_periodic_sides(mesh):
+    case = bubblemesh.load_case("-", text=PERIODIC)
+    x, y = mesh.points.T
     tensors = np.tile([1.0, 0.0, 1.0], (len(x), 1))
     tensors[x == 0] = 100.0, 0.0, 4.0
     tensors[x == 1] = 9.0, 0.0, 25.0
@@ -287,6 +299,7 @@ def test_a_case_with_a_metric_of_its_own_is_refused(mesh):
         bubblemesh.adapt(case, solution, nodes=300)
 
 
+@pytest.mark.long
 def test_regions_are_adapted_each_by_its_own_derivatives(tmp_path):
     text = CASE + "output: {formats: [vtu]}\n"
     text = text.replace("}}\n", "}, regions: [{name: east, ring: {rectangle: [0.5, 0, 1, 1]}}]}\n", 1)
