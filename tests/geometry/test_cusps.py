@@ -26,8 +26,7 @@ NESTED = {
 
 
 @pytest.mark.parametrize("text", NESTED.values(), ids=NESTED)
-@pytest.mark.parametrize("angle", [0.37, 2.1])
-@pytest.mark.parametrize("ratio", [0.97, 0.99, 0.999])
+@pytest.mark.parametrize(("ratio", "angle"), [(0.97, 0.37), (0.99, 2.1), (0.999, 0.37)])
 def test_circles_that_touch_with_nearly_the_same_radius_are_refused_with_the_place(text, angle, ratio):
     with pytest.raises(GeometryError, match=r"two curves (part|pass each other) at") as caught:
         domain_of(text.format(disc(0.5, 0.5, 0.3), inscribed(ratio, angle)))

@@ -10,7 +10,7 @@ from bubblemesh.geometry.segments import segments_meet
 )
 def test_segments_meet_as_exact_predicates_say(grid):
     random = np.random.default_rng(1)
-    ends = random.random((20_000, 2, 2, 2)) if grid is None else random.integers(0, grid + 1, (20_000, 2, 2, 2)) / grid
+    ends = random.random((5000, 2, 2, 2)) if grid is None else random.integers(0, grid + 1, (5000, 2, 2, 2)) / grid
     met = segments_meet(ends[:, 0], ends[:, 1])
     assert 0 < met.sum() < len(met)
     exact = shapely.intersects(shapely.linestrings(ends[:, 0]), shapely.linestrings(ends[:, 1]))

@@ -48,7 +48,7 @@ def brute_force(labels, points, domain=DOMAIN):
         if boundary.labels[boundary.label[k]] in labels:
             s = np.linspace(0, boundary.lengths[k], 20_001)
             shapes.append(shapely.LineString(boundary.points(np.full(len(s), k), s)))
-    return shapely.distance(shapely.points(points), shapely.union_all(shapes))
+    return shapely.distance(shapely.points(points), shapely.GeometryCollection(shapes))
 
 
 @pytest.mark.parametrize(
