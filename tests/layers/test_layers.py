@@ -2,10 +2,12 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 from invariants import check_area, check_arrays, check_edges, check_facets_do_not_cross, check_labels
+from sweeps import sweep
 
 import bubblemesh
 from bubblemesh import console
@@ -34,7 +36,13 @@ TOPS = 0.01 * np.cumsum(1.5 ** np.arange(5))
 def run(domain, *layers, spacing=0.1, **keys):
     """Result of a case, whose mesh is sound."""
     case = {"domain": domain, "spacing": spacing, "layers": layers, "packing": {"effort": "fast"}, **keys}
-    result = mesh_case(load_case("a.yaml", text=json.dumps(case)))
+    return meshed(json.dumps(case))
+
+
+@cache
+def meshed(text):
+    """Result of the text of a case: several tests look at the same ones."""
+    result = mesh_case(load_case("a.yaml", text=text))
     if result.mesh.order == 1:
         check(result.mesh)
     return result
@@ -338,7 +346,7 @@ def test_a_place_far_from_the_origin_changes_no_layers(x, y):
 
 @pytest.mark.parametrize(
     ("edges", "radius"),
-    [(5, 0.7), (5, 1.1), (5, 1.3), (5, 1.9), (9, 1.4), (8, 2.5), (12, 3), (20, 5), (40, 10), (90, 20)],
+    sweep([(5, 0.7), (5, 1.1), (5, 1.3), (5, 1.9), (9, 1.4), (8, 2.5), (12, 3), (20, 5), (40, 10), (90, 20)], quick=5),
 )
 def test_fillets_of_short_edges_at_concave_corners_leave_first_heights_as_they_are(edges, radius):
     first = 0.001
@@ -820,8 +828,10 @@ def filleted(corners, radius, edges):
     return np.concatenate(points).tolist()
 
 
-@pytest.mark.parametrize("edges", [1, 2, 5])
-@pytest.mark.parametrize("radius", [1e-5, 1e-3])
+@pytest.mark.parametrize(
+    ("edges", "radius"),
+    sweep([(1, 1e-5), (1, 1e-3), (2, 1e-3), (2, 1e-5), (5, 1e-5), (5, 1e-3)], quick=3),
+)
 @pytest.mark.parametrize("inside", [True, False])
 def test_fillets_far_smaller_than_the_first_layer_are_as_corners(radius, edges, inside):
     """One column stands on all nodes of a concave one; convex ones have fans."""
