@@ -1,10 +1,13 @@
 """Cases that are packed in parts, and what holds of their meshes."""
 
+from functools import cache
+
 import numpy as np
 from invariants import check_area, check_arrays, check_edges, check_facets_do_not_cross, check_labels, check_nodes
 from partitions import MOONS
 
 from bubblemesh.case import load_case
+from bubblemesh.run.pipeline import mesh_case
 
 SQUARE = "{rectangle: [0, 0, 4, 3]}"
 HOLES = f"""
@@ -78,3 +81,9 @@ CHECKS = check_nodes, check_arrays, check_edges, check_facets_do_not_cross, chec
 def case(text, parts=None):
     """The case of a text, packed in so many parts."""
     return load_case("parts.yaml", text=f"{text}\nparts: {parts}\n" if parts else text)
+
+
+@cache
+def meshed(text, parts=None):
+    """The result of such a case: several tests look at the same ones."""
+    return mesh_case(case(text, parts))

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from commands import command, contents
 from part_cases import AREAS, CHECKS, DISC, PERIODIC, REGIONS, case
+from sweeps import sweep
 from typer.testing import CliRunner
 
 from bubblemesh.cli import app
@@ -100,7 +101,7 @@ def by_place(points, triangles, *columns):
     return [column[order] for column in (centers, *columns)]
 
 
-@pytest.mark.parametrize("name", FINE)
+@pytest.mark.parametrize("name", sweep(["regions", "disc", "periodic", "lines"], quick=2))
 def test_a_mesh_in_slices_is_the_one_that_is_made_at_once(name, packed):
     given, result, _ = packed(name)
     whole = mesh_case(given)
@@ -137,8 +138,10 @@ def test_a_mesh_in_slices_is_the_one_that_is_made_at_once(name, packed):
                 assert told[key][figure] == pytest.approx(value, rel=rough)
 
 
-@pytest.mark.parametrize("spacing", [0.047, 0.05, 0.06])
-@pytest.mark.parametrize("left", [1.5, 4.0, 7.3])
+APART = [(left, spacing) for left in (1.5, 4.0, 7.3) for spacing in (0.047, 0.05, 0.06)]
+
+
+@pytest.mark.parametrize(("left", "spacing"), sweep([*APART[4:], *APART[:4]], quick=3))
 def test_areas_that_lie_apart_may_be_parts(left, spacing, tmp_path):
     text = AREAS.replace("1.5, 0, 2.5", f"{left}, 0, {left + 1}").replace("0.05", f"{spacing}")
     given = case(text, 2)
@@ -426,7 +429,7 @@ def test_a_page_of_slices_shows_the_spacing_and_a_sample(here, monkeypatch):
     assert 'alt="The spacing of the whole mesh"' in page
 
 
-@pytest.mark.parametrize("name", FINE)
+@pytest.mark.parametrize("name", sweep(["regions", "disc", "periodic", "lines"], quick=2))
 def test_a_sample_is_a_mesh_around_the_worst_triangle(name, packed):
     _, result, _ = packed(name)
     mesh, fields = result.mesh.sample(700, "quality")

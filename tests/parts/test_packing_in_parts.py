@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 import shapely
 from invariants import check_mesh
-from part_cases import CASES, CHECKS, HOLES, PERIODIC, REGIONS, SHORE, SQUARE, case
+from part_cases import CASES, CHECKS, HOLES, PERIODIC, REGIONS, SHORE, SQUARE, case, meshed
 from partitions import MOONS
 from scipy.spatial import cKDTree
+from sweeps import sweep
 from twins import needs_compiler
 
 from bubblemesh.case import load_case
@@ -48,7 +49,7 @@ def nodes_of(domain, places, division):
     }
 
 
-@pytest.mark.parametrize("parts", [2, 3, 7])
+@pytest.mark.parametrize("parts", sweep([2, 7, 3], quick=2))
 @pytest.mark.parametrize("name", CASES)
 def test_parts_are_as_much_work_as_each_other_and_make_up_the_domain(name, parts):
     problem, cuts, division = division_of(CASES[name], parts)
@@ -87,9 +88,9 @@ def test_neighbours_have_the_same_bubbles_along_their_cut(name):
             np.testing.assert_allclose(points[0], other, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", sweep(["REGIONS", "PERIODIC", "DISC", "SHORE", "AREAS", "HOLES", "SPLINE"], quick=4))
 def test_a_mesh_of_parts_is_as_good_as_that_of_one_piece(name):
-    one, many = mesh_case(case(CASES[name])), mesh_case(case(CASES[name], 4))
+    one, many = meshed(CASES[name]), meshed(CASES[name], 4)
     mesh = many.mesh
     for check in CHECKS[len(mesh.regions) > 1 :]:  # corners of regions come before other boundary nodes
         check(mesh)
@@ -109,9 +110,9 @@ def test_a_mesh_of_parts_is_as_good_as_that_of_one_piece(name):
     assert many.report["parts"]["number"] == 4
 
 
-@pytest.mark.parametrize("parts", [3, 5, 8])
+@pytest.mark.parametrize("parts", sweep([3, 5, 8], quick=2))
 def test_ends_of_cuts_make_no_short_sides_on_a_wall_of_many_corners(parts):
-    one, many = mesh_case(case(SHORE)), mesh_case(case(SHORE, parts))
+    one, many = meshed(SHORE), meshed(SHORE, parts)
     shortest = [
         np.hypot(*(mesh.points[mesh.facets[:, 0]] - mesh.points[mesh.facets[:, 1]]).T).min()
         for mesh in (one.mesh, many.mesh)
@@ -220,7 +221,8 @@ def test_the_mesh_does_not_depend_on_who_packs_which_part_when():
         results = [(number, function(*pickle.loads(pickle.dumps(job.arguments)))) for number, job in enumerate(jobs)]
         yield from reversed(results)
 
-    first, second = (mesh_case(case(REGIONS, 3), crew=crew) for crew in (alone, backwards))
+    coarse = case(REGIONS.replace("0.1,", "0.15,"), 3)
+    first, second = (mesh_case(coarse, crew=crew) for crew in (alone, backwards))
     np.testing.assert_array_equal(first.mesh.points, second.mesh.points)
     np.testing.assert_array_equal(first.mesh.triangles, second.mesh.triangles)
     assert [row.nodes_after for row in first.report.rounds] == [row.nodes_after for row in second.report.rounds]
@@ -279,7 +281,7 @@ def test_large_meshes_have_parts_that_two_and_four_workers_share_evenly():
 
 
 def test_one_part_is_the_mesh_of_one_piece():
-    one, auto = mesh_case(case(HOLES)), mesh_case(case(HOLES, "auto"))
+    one, auto = meshed(HOLES), meshed(HOLES, "auto")
     np.testing.assert_array_equal(one.mesh.points, auto.mesh.points)
     assert "parts" not in auto.report
 
@@ -325,12 +327,17 @@ def test_what_is_no_number_of_parts_is_told(parts):
         case(HOLES, parts)
 
 
+SMALL = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.1\n"
+
+
 @pytest.mark.parametrize("parts", [150, 999, 10**9])
 def test_more_parts_than_nodes_are_refused(parts):
-    small = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.1\n"
     with pytest.raises(CaseError, match=rf"parts: about \d+ nodes are too few for {parts} parts: ask for fewer"):
-        mesh_case(case(small, parts))
-    check_mesh(mesh_case(case(small, 12)).mesh)
+        mesh_case(case(SMALL, parts))
+
+
+def test_parts_may_have_few_nodes():
+    check_mesh(mesh_case(case(SMALL, 12)).mesh)
 
 
 def test_the_share_that_a_time_limit_left_is_that_of_the_parts(monkeypatch):
@@ -374,15 +381,15 @@ def test_a_cut_leaves_walls_the_bubbles_that_they_have_without_it(name):
         assert away.max() < 0.02 * problem.survey.extremes.minimum
 
 
-def test_a_cut_passes_sharp_corners_by_also_where_it_runs_through_others():
+@pytest.mark.parametrize("parts", sweep(range(2, 8), quick=2))
+def test_a_cut_passes_sharp_corners_by_also_where_it_runs_through_others(parts):
     """Mirrored corners lie on the same lines as bubbles elsewhere: no two nodes may come next to each other."""
     turn = np.linspace(0, 2 * np.pi, 96, endpoint=False)
     radii = np.where(np.arange(96) // 2 % 2 == 0, 1.0, 0.8)
     ring = np.column_stack([radii * np.cos(turn), radii * np.sin(turn)]).tolist()
-    for parts in range(2, 8):
-        result = mesh_case(case(f"domain: {{outer: {{polygon: {ring}}}}}\nspacing: 0.06\n", parts))
-        check_mesh(result.mesh)
-        assert result.report["quality"]["min"] > 0.5
+    result = mesh_case(case(f"domain: {{outer: {{polygon: {ring}}}}}\nspacing: 0.06\n", parts))
+    check_mesh(result.mesh)
+    assert result.report["quality"]["min"] > 0.5
 
 
 def test_the_line_that_lands_best_is_found():
