@@ -37,8 +37,13 @@ def section_of(page):
     return found and found[0]
 
 
-def test_each_label_has_a_row_and_the_lowest_column_a_place(layered):
-    section = section_of(page_of(layered))
+@pytest.fixture(scope="module")
+def section(layered):
+    """The section of the page of this run."""
+    return section_of(page_of(layered))
+
+
+def test_each_label_has_a_row_and_the_lowest_column_a_place(layered, section):
     wall, pin = layered.report["layers"]
     rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", section)][1:]
     assert [row[0] for row in rows] == ["wall", "&lt;i&gt;pin&lt;/i&gt;"]
@@ -63,12 +68,12 @@ def test_the_table_fits_into_1200_pixels(browser, layered, tmp_path):
     assert browser.js("const all = document.querySelector('.dense'); return all.scrollWidth <= all.clientWidth")
 
 
-def test_a_picture_shows_the_wall(layered):
-    ((_, attributes, _),) = Elements(section_of(page_of(layered))).named("img")
+def test_a_picture_shows_the_wall(layered, section):
+    ((_, attributes, _),) = Elements(section).named("img")
     picture = Image.open(io.BytesIO(base64.b64decode(attributes["src"].partition(",")[2])))
     assert min(picture.size) > 300
     assert len(picture.convert("RGB").getcolors(10**6)) > 20
-    assert "where they are lowest" in section_of(page_of(layered))
+    assert "where they are lowest" in section
     assert "in the middle of the wall" in layers_section(layered.mesh, layered.report["layers"][:1])
 
 

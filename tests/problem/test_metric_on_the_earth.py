@@ -46,9 +46,24 @@ def test_sizes_are_metres_on_the_ground_and_angles_from_the_east():
     assert abs(direction[0, 1]) > 0.05  # the plane is turned there
 
 
+COARSE = {"angle": 0, "across": 20_000}
+
+
+@pytest.fixture(scope="module")
+def in_plane():
+    """The result of a case, with coordinates of the plane."""
+    return meshed(case_with(COARSE))
+
+
+@pytest.fixture(scope="module")
+def in_degrees():
+    """The same one with longitudes and latitudes."""
+    return meshed(case_with(COARSE, crs={"from": "EPSG:4326", "to": "EPSG:4326"}))
+
+
 def test_a_mesh_in_the_plane_is_no_metric_in_degrees(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    metric = {"angle": 0, "along": 40_000, "across": "8000 + 2000*(x + 5)"}
+    metric = {"angle": 0, "along": 40_000, "across": "16000 + 1000*(x + 5)"}
     result = meshed(case_with(metric))
     result.mesh.write("one.mesh", sidecars=True)
     assert (tmp_path / "one.sol").exists()
@@ -59,13 +74,11 @@ def test_a_mesh_in_the_plane_is_no_metric_in_degrees(tmp_path, monkeypatch):
             prepared(case)
 
 
-def test_tensors_are_written_in_the_plane_only():
-    metric = {"angle": 0, "across": 8000}
+def test_tensors_are_written_in_the_plane_only(in_plane, in_degrees):
     names = {"metric_11", "metric_12", "metric_22"}
-    assert names <= meshed(case_with(metric)).fields.keys()
-    result = meshed(case_with(metric, crs={"from": "EPSG:4326", "to": "EPSG:4326"}))
-    assert not names & result.fields.keys()
-    assert result.mesh.geographic
+    assert names <= in_plane.fields.keys()
+    assert not names & in_degrees.fields.keys()
+    assert in_degrees.mesh.geographic
 
 
 def test_entries_of_a_tensor_are_those_to_the_east_and_the_north():
@@ -82,14 +95,13 @@ def test_expressions_name_longitudes_and_latitudes_and_walls_are_in_the_plane():
     np.testing.assert_allclose(
         problem.spacing.axes(x).across / plane.scale(*x.T), 8000 + 4000 * (PLACES[:, 1] - 60), rtol=1e-6
     )
-    result = meshed(case_with({"like": "boundary", "label": "coast", "across": 5000, "growth": 0.3}))
+    result = meshed(case_with({"like": "boundary", "label": "coast", "across": 10_000, "growth": 0.3}))
     assert result.report.quality["mean"] > 0.9
 
 
-def test_a_metric_is_not_written_in_other_coordinates_than_those_of_the_plane():
-    result = meshed(case_with({"angle": 0, "across": 20_000}, crs={"from": "EPSG:4326", "to": "EPSG:4326"}))
-    assert len(result.mesh.metric) == 0
-    assert len(meshed(case_with({"angle": 0, "across": 20_000})).mesh.metric) > 0
+def test_a_metric_is_not_written_in_other_coordinates_than_those_of_the_plane(in_plane, in_degrees):
+    assert len(in_degrees.mesh.metric) == 0
+    assert len(in_plane.mesh.metric) > 0
 
 
 def save_arrays(path, shift=0.0, **bad):
