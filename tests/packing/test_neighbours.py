@@ -18,10 +18,9 @@ def engine(request, monkeypatch):
 
 
 def all_pairs_within(x, d, reach):
-    n = range(len(x))
-    return [
-        [i, j] for i in n for j in n if i < j and np.hypot(*(x[i] - x[j])) < reach * (d[i] + d[j]) / 2
-    ]  # ascending, like the pairs
+    """Pairs of a look at each two points, ascending, like those that are found."""
+    near = np.hypot(*(x[:, None] - x).transpose(2, 0, 1)) < reach * (d[:, None] + d) / 2
+    return np.argwhere(np.triu(near, 1)).tolist()
 
 
 def greedy(candidates, pairs, rank):

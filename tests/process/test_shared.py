@@ -35,15 +35,15 @@ def test_a_thread_that_enters_while_another_is_inside_waits_and_the_filters_come
 
 def test_threads_that_draw_and_read_expressions_leave_no_setting_behind():
     filters, settings = list(warnings.filters), dict(mpl.rcParams)
-    mesh, together = holed_square(), Barrier(4)
+    mesh, together = holed_square(), Barrier(2)
 
     def draw(number):
         together.wait()
         Expression.parse(f"0.1 + {number}*x")
         return small_png(mesh, STANDARD)
 
-    with ThreadPoolExecutor(4) as pool:
-        pictures = set(pool.map(draw, range(4)))
+    with ThreadPoolExecutor(2) as pool:
+        pictures = set(pool.map(draw, range(2)))
     assert len(pictures) == 1
     assert warnings.filters == filters
     assert dict(mpl.rcParams) == settings

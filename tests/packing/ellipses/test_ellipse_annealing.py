@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ellipse_packings import METHOD, front, settled_ellipses
+from sweeps import sweep
 from twins import needs_compiler
 
 from bubblemesh.kernels.ellipse_annealing import Relaxing
@@ -14,8 +15,7 @@ def settled():
 
 
 @needs_compiler
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("steps", [1, 8])
+@pytest.mark.parametrize(("seed", "steps"), sweep([(0, 1), (1, 1), (1, 8), (0, 8), (2, 1), (2, 8)], quick=2))
 def test_both_engines_anneal_alike(seed, steps, settled, monkeypatch):
     scheme = replace(METHOD.annealing, effort="fast", shake_steps=steps)
     relaxing = Relaxing(settled.net.bubbles.boundary_count, steps, 0.5, 1.0)

@@ -1,11 +1,12 @@
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
 from ellipse_packings import METHOD, SQUARE, front, packed, settled_ellipses, settled_net
 from lattices import hexagon, hexagon_domain
 from metrics import tensor_metric, uniform_metric
+from sweeps import sweep
 from twins import needs_compiler
 
 from bubblemesh.geometry import rings
@@ -40,7 +41,7 @@ def stretched_hexagon(side, factor):
     return Domain.of(rings.polygon(corners))
 
 
-@pytest.mark.parametrize("factor", [1.0, 2.5, 20.0])
+@pytest.mark.parametrize("factor", sweep([2.5, 1.0, 20.0], quick=1))
 def test_a_uniform_stretch_gives_the_perfect_lattice_from_most_starts(factor):
     domain, spacing = stretched_hexagon(6, factor), uniform_metric(1.0, factor, 0.0)
     perfect = []
@@ -378,8 +379,7 @@ def test_the_boundary_stays_where_too_little_would_be_left_of_a_triangle_put_bac
     assert (signed_areas(net.bubbles.x, net.triangles) > 0).all()
 
 
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("gap", [0.0012, 0.0014])
+@pytest.mark.parametrize(("gap", "seed"), sweep(product([0.0012, 0.0014], range(3)), quick=2))
 def test_the_boundary_stays_where_edges_would_cross_in_a_thin_gap(gap, seed):
     """Across the gap there is no triangle that could be inverted."""
     around = Area(rings.rectangle(0, 0, 1, 1), (rings.circle((0.5, 0.5), 0.3),))
@@ -392,7 +392,7 @@ def test_the_boundary_stays_where_edges_would_cross_in_a_thin_gap(gap, seed):
 EFFORTS = ["fast", "normal", "best"]
 
 
-@pytest.mark.parametrize("effort", EFFORTS)
+@pytest.mark.parametrize("effort", sweep(EFFORTS, quick=2))
 def test_what_is_told_before_the_end_is_near_to_what_is_done(effort):
     told = []
     annealing, mending = (replace(scheme, effort=effort) for scheme in (METHOD.annealing, METHOD.mending))
