@@ -31,7 +31,8 @@ GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another
 THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
 OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into what is beside it
 STRAIGHT = 100  # times that length: a vertex so near to the line between its neighbours is due to such a strip
-TOLERANCE_HALVINGS = 8  # of a tolerance, until no vertex is farther off than allowed
+TOLERANCES = 12  # tried at most, to find one that leaves no vertex farther off than allowed
+CLOSE = 1.05  # two of them are so close that no more are tried in between
 
 
 @record
@@ -421,8 +422,25 @@ def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -
     if not shapely.is_valid(given).all() or not shapely.coverage_is_valid(given):
         raise GeometryError("simplify: the rings cross, or the areas overlap: set repair: true as well")
     given = _without_short_borders(given, length, work)
+    sparse, off, at = _sparsest(given, length, work)
+    count, left = shapely.get_num_coordinates(given).sum(), shapely.get_num_coordinates(sparse).sum()
+    if left == count:
+        return list(given)
+    note = f"{count - left:,} of {count:,} vertices left out, up to {off:.3g} off"
+    area = float(shapely.area(sparse).sum() - shapely.area(given).sum())
+    work.note(note, at, area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given)))
+    return list(sparse)
+
+
+def _sparsest(given: "NDArray[np.object_]", length: float, work: _Work) -> tuple["NDArray[np.object_]", float, Floats]:
+    """The polygons with the largest tolerance for which no vertex is farther off than a length; how far, and where.
+
+    It is found by halving, then by bisection: tolerances of areas bound no distances. They may stay as they are.
+    """
     points = shapely.get_coordinates(given)
-    for tolerance in length * 0.5 ** np.arange(TOLERANCE_HALVINGS):
+    best, farthest, at = given, 0.0, points[0]
+    tolerance, within, beyond = length, 0.0, np.inf
+    for _ in range(TOLERANCES):
         found = []
         for before, after in zip(given, _sparser(given, tolerance), strict=True):
             mixed = _with_curves_kept(before, after, work)
@@ -430,16 +448,13 @@ def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -
         sparse = np.array(found, dtype=object)
         off = _from_rings(points, sparse)
         if off.max() <= length:
+            best, farthest, at, within = sparse, float(off.max()), points[off.argmax()], tolerance
+        else:
+            beyond = tolerance
+        if beyond <= CLOSE * within or within == length:
             break
-    count, left = shapely.get_num_coordinates(given).sum(), shapely.get_num_coordinates(sparse).sum()
-    if left == count or off.max() > length:
-        return list(given)
-    note = f"{count - left:,} of {count:,} vertices left out, up to {off.max():.3g} off"
-    area = float(shapely.area(sparse).sum() - shapely.area(given).sum())
-    work.note(
-        note, points[off.argmax()], area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
-    )
-    return found
+        tolerance = np.sqrt(within * beyond) if within > 0 else beyond / 2
+    return best, farthest, at
 
 
 def _without_short_borders(given: "NDArray[np.object_]", length: float, work: _Work) -> "NDArray[np.object_]":

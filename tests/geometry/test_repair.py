@@ -193,6 +193,18 @@ def test_no_vertex_is_farther_from_a_simplified_ring_than_allowed(neighbours):
         assert sum(len(one.outer.vertices) for one in made) < sum(map(len, sides))
 
 
+def test_longer_lengths_leave_fewer_vertices_of_pixels():
+    random = np.random.default_rng(2)
+    height = 20 + np.cumsum(random.integers(-3, 4, 60))
+    border = [(x + k, int(y)) for x, y in enumerate(height) for k in (0, 1)]
+    areas = [Area(rings.polygon([*border, (60, far), (0, far)])) for far in (-200, 200)]
+    left = [
+        sum(len(one.outer.vertices) for one in Repair(simplify=length)(areas)) for length in np.arange(2, 6.1, 0.25)
+    ]
+    assert (np.diff(left) <= 0).all(), left
+    assert left[0] > 1.5 * left[-1]
+
+
 @pytest.mark.parametrize(
     ("corners", "count"),
     [

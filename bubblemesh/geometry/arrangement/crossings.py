@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, select
+from bubblemesh.arrays import Booleans, Floats, Integers, contained, select
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, NEARLY, TOUCHING
 from bubblemesh.geometry.arrangement.bellies import NEWTON_STEPS, SAGITTA
@@ -17,6 +17,7 @@ from bubblemesh.messages import place
 PARALLEL = 1e-6  # sine of the angle between two lines, below which they follow each other rather than cross
 SAME_BEND = 1e-3  # relative difference of two curvatures, below which curves run beside each other
 BESIDE_ANGLE = 2e-5  # radians between them: `SAME_BEND` of the turn along a chord, which is 0.025
+AHEAD = 0.25  # of a chord: places beside a crossing
 ENDS = -0.5, 0.5  # of a chord, in its length from the middle
 
 
@@ -92,13 +93,30 @@ def crossings(boundary: Boundary, pairs: NearChords, size: float) -> CutPoints:
     met &= np.abs(ahead) <= tolerance  # where curves touch, the steps halve only
     met &= between_ends(boundary, p, a, tolerance) & between_ends(boundary, q, b, tolerance)
     met &= (p != q) | (np.abs(a - b) > CONTACT_LENGTH * tolerance)
+    met &= ~_both_go_on(boundary, NearChords(p, q, a, b, step_a, step_b), tolerance)
     return CutPoints(np.concatenate([p[met], q[met]]), np.concatenate([a[met], b[met]]), np.tile(points[met], (2, 1)))
 
 
-def touches(boundary: Boundary, pairs: NearChords, size: float, parts: InnerParts) -> CutPoints:
+def _both_go_on(boundary: Boundary, pairs: NearChords, tolerance: float) -> Booleans:
+    """Whether curves are the same on both sides of places a and b (m,), as at a kink of a stretch in common."""
+    p, q, a, b, step_a, step_b = pairs
+    near = AHEAD * np.minimum(step_a, step_b)
+    ahead, behind = (boundary.points(p, boundary.wrapped(p, a + way)) for way in (near, -near))
+    others = [boundary.points(q, boundary.wrapped(q, b + way)) for way in (near, -near)]
+    return np.logical_or.reduce(
+        [_same(ahead, u, tolerance) & _same(behind, v, tolerance) for u, v in (others, others[::-1])]
+    )
+
+
+def _same(some: Floats, others: Floats, tolerance: float) -> Booleans:
+    return np.asarray(np.hypot(*(some - others).T) <= tolerance)
+
+
+def touches(boundary: Boundary, pairs: NearChords, along: NearChords, size: float, parts: InnerParts) -> CutPoints:
     """Cuts where the curves of chords touch with a common tangent; GeometryError where one passes the other next to it.
 
-    An error is about the part of the case that gives the first such place.
+    Curves of the pairs ``along`` have stretches in common. An error is about the part of the case that gives the first
+    such place.
     """
     tolerance = TOUCHING * size
     curved = (boundary.curved[pairs.p] | boundary.curved[pairs.q]) & (pairs.p != pairs.q)
@@ -119,7 +137,9 @@ def touches(boundary: Boundary, pairs: NearChords, size: float, parts: InnerPart
     opposite &= ~alike | (np.abs(angle) <= BESIDE_ANGLE)
     around = CONTACT_LENGTH * tolerance
     opposite &= between_ends(boundary, p, a, around) & between_ends(boundary, q, b, around)
-    near = np.flatnonzero(opposite & (alike | (distance > tolerance)) & (distance <= NEARLY * size))
+    # From the chords beside a kink one comes to a stretch in common: there curves do not pass each other.
+    common = (distance <= tolerance) & _belong(p, q, along)
+    near = np.flatnonzero(opposite & ~common & (alike | (distance > tolerance)) & (distance <= NEARLY * size))
     if len(near):
         k = near[0]
         with about(parts.paths[-1 - boundary.ring[p[k]]].key):
@@ -133,10 +153,17 @@ def touches(boundary: Boundary, pairs: NearChords, size: float, parts: InnerPart
     return CutPoints(np.concatenate([p[k], q[k]]), np.concatenate([a[k], b[k]]), np.tile(points, (2, 1)))
 
 
+def _belong(p: Integers, q: Integers, pairs: NearChords) -> Booleans:
+    """Whether two pieces p and q (m,) are, in either order, those of one of some pairs of chords."""
+    n = max(int(np.max(part, initial=0)) for part in (p, q, pairs.p, pairs.q)) + 1
+    keys, known = (np.minimum(one, other) * n + np.maximum(one, other) for one, other in ((p, q), (pairs.p, pairs.q)))
+    return contained(keys, np.sort(known))
+
+
 def _bend(boundary: Boundary, piece: Integers, middle: Floats, step: Floats) -> Floats:
-    """Mean curvature (m,) along chords."""
+    """Mean curvature (m,) along chords; those of polylines have kinks at their ends only."""
     before, after = (boundary.tangents(piece, boundary.wrapped(piece, middle + t * step)) for t in (-0.5, 0.5))
-    return np.where(boundary.curved[piece], turning(before, after) / step, 0)
+    return np.where(boundary.approximated[piece], turning(before, after) / step, 0)
 
 
 def coincident(boundary: Boundary, pairs: NearChords, size: float) -> Booleans:

@@ -49,7 +49,7 @@ def _meetings(boundary: Boundary, size: float, parts: InnerParts) -> CutPoints:
         return NO_CUTS
     same = coincident(boundary, pairs, size)
     along, pairs = select(pairs, same), select(pairs, ~same)
-    cuts = openings(boundary, along), crossings(boundary, pairs, size), touches(boundary, pairs, size, parts)
+    cuts = openings(boundary, along), crossings(boundary, pairs, size), touches(boundary, pairs, along, size, parts)
     return concatenated(cuts)
 
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from partitions import check_pieces, domain_of
 
+from bubblemesh.errors import BubblemeshError
+
 UNIT = "outer: {rectangle: [0, 0, 1, 1], label: wall}"
 DISC = "circle: {center: [0.5, 0.5], radius: 0.3}"
 ELLIPSE = "ellipse: {center: [0.5, 0.5], radii: [0.3, 0.3], angle: 20}"
@@ -102,3 +104,28 @@ def test_a_domain_without_any_corner_may_have_regions():
     )
     assert lengths(domain) == {"rim": ROUND, "a-rim": 0.2 * np.pi}
     assert len(domain.boundary.corners) == 0
+
+
+STEPS = [(9, 5), (5, 5), (5, 4), (4, 4), (4, 3), (0, 3)]
+
+
+def stairs(steps):
+    """Two regions with no corners, one on each side of steps: one of the given ones, the other one of STEPS."""
+    one, other = [[0, 0], [9, 0], *map(list, STEPS)], [*map(list, steps[::-1]), [9, 8], [0, 8]]
+    rings = [f"{{polygon: {ring}, corners: 91}}" for ring in (one, other)]
+    regions = ", ".join(f"{{name: {name}, ring: {ring}}}" for name, ring in zip("ab", rings, strict=True))
+    return domain_of(f"domain: {{outer: {{rectangle: [-1, -1, 10, 9]}}, regions: [{regions}]}}")
+
+
+def test_regions_share_borders_with_kinks_that_are_no_corners():
+    """As those of pixels: polylines that two rings follow, one in each direction."""
+    domain = stairs(STEPS)
+    check_pieces(domain)
+    b = domain.boundary
+    assert b.lengths[b.inner].sum() == pytest.approx(9 + 5 + 3 + 11 + 9 + 3 + 5, abs=1e-8)
+    assert set(map(tuple, STEPS[1:-1])).isdisjoint(map(tuple, b.corners.tolist()))
+
+
+def test_polylines_that_are_nearly_the_same_are_refused():
+    with pytest.raises(BubblemeshError, match="next to"):
+        stairs([(x, y + 1e-6 * (x == 5)) for x, y in STEPS])
