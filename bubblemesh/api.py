@@ -18,6 +18,7 @@ from bubblemesh.messages import calling_node_limit, own_places, tell_places_of
 from bubblemesh.problem.prepare import prepare_in
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.python.domain import Geometry, Labels, ProgramRings
+from bubblemesh.problem.python.inside import Lines, Points, ProgramParts, Regions
 from bubblemesh.problem.python.progress import in_steps
 from bubblemesh.problem.python.spacing import SpacingLike, spacing_of
 from bubblemesh.problem.python.task import MAX_NODES, MeshOptions
@@ -37,6 +38,9 @@ def mesh(
     *,
     holes: Sequence[ArrayLike] = (),
     labels: Labels | None = None,
+    regions: Regions | None = None,
+    lines: Lines | None = None,
+    points: Points | None = None,
     corners: float | None = None,
     smooth: bool = False,
     tolerance: float | None = None,
@@ -69,6 +73,15 @@ def mesh(
     labels : sequence or mapping of str, optional
         Names of the rings, those of all outer ones first, or names in place of the usual ones, which are ``outer``,
         ``outer-2``, ``hole-1`` and so on: ``{"hole-1": "bore"}``.
+    regions : mapping of str, optional
+        Parts of the domain by their names, as polygons or arrays (n, 2) of the points of a ring: ``{"core": disc}``.
+        They may share sides, touch the rings and lie in each other, where the inner one counts; several polygons are
+        one region. What they leave is the region ``domain``. Their sides have labels as ``core-rim``.
+    lines : mapping of str, optional
+        Lines inside, by their labels, whose edges are edges of the mesh: a shapely.LineString, a MultiLineString, or
+        an array (n, 2) of points.
+    points : mapping of str, optional
+        Points inside that are nodes, by their labels: (x, y), or several as an array (n, 2).
     corners, smooth, tolerance
         As of a ring in a case file: only vertices that turn by more than ``corners`` degrees are nodes, what is between
         them is spaced anew, ``smooth`` along a spline, and at most the ``tolerance`` from the ring.
@@ -103,13 +116,13 @@ def mesh(
     FileError
         If a file that the spacing or the metric names cannot be read.
     GeometryError
-        If the rings are empty or invalid, or overlap.
+        If the rings are empty or invalid, or overlap, or regions do.
     LimitError
         If the mesh would need more than ``max_nodes`` nodes, or ``nodes`` are too few for the rings.
     RequirementError
         If ``angle_min`` or ``largest`` cannot be reached.
     """
-    drawing = ProgramRings(geometry, holes, labels, corners, smooth, tolerance)
+    drawing = ProgramRings(geometry, holes, labels, corners, smooth, tolerance, ProgramParts(regions, lines, points))
     options = MeshOptions(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
     with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"), own_places():
         told = in_steps(progress)

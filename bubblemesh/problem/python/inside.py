@@ -1,0 +1,99 @@
+"""Regions, lines and points inside the domains of Python programs, by their names."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import CaseError, Key, about
+from bubblemesh.files import require_name
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region
+from bubblemesh.geometry.following import Following, followed_together
+from bubblemesh.geometry.line_ends import shared_vertices
+from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring, as_point
+from bubblemesh.geometry.rings import LineTo, open_path
+from bubblemesh.problem.python.shapes import Shape, areas_of, lines_of, points_of
+from bubblemesh.records import record
+
+Regions: TypeAlias = Mapping[str, Shape]
+Lines: TypeAlias = Mapping[str, "shapely.LineString | shapely.MultiLineString | ArrayLike"]
+Points: TypeAlias = Mapping[str, "shapely.Point | shapely.MultiPoint | ArrayLike"]
+
+A_REGION = "a shapely.Polygon, a MultiPolygon or the points (n, 2) of a ring"
+A_LINE = "a shapely.LineString, a MultiLineString or the points (n, 2) of a line, n > 1"
+SOME_POINTS = "a point (x, y), several of them (n, 2), or those of shapely"
+
+
+@record
+class ProgramParts:
+    """What a program embeds in a domain; several parts of a shape have one name."""
+
+    regions: Regions | None = None
+    lines: Lines | None = None
+    points: Points | None = None
+
+    @property
+    def given(self) -> dict[str, bool]:
+        """Whether there is anything, by the argument."""
+        return {name: getattr(self, name) is not None for name in ("regions", "lines", "points")}
+
+    def parts(self, following: Following | None, around: Sequence[Ring]) -> InnerParts:
+        """The inner parts of a domain within some rings; borders and lines are followed as curves if there is a rule.
+
+        CaseError if an argument is of the wrong kind; GeometryError, about the argument, if it is empty or invalid.
+        """
+        regions = self._regions(following)
+        rings = [*around, *(ring for region in regions for ring in region.area.rings)]
+        lines = self._lines()
+        if following is not None:
+            stay = shared_vertices(lines, rings)
+            lines = [following.along(line, stay) for line in lines]
+        return InnerParts(tuple(regions), lines=tuple(lines), points=tuple(self._points()))
+
+    def _regions(self, following: Following | None) -> list[Region]:
+        areas = list[Area]()
+        for name, shape in _named("regions", self.regions):
+            if name == InnerParts().rest:
+                raise CaseError(f"regions: {name!r} is the name of what regions leave of the domain: rename it")
+            for outer, *holes in areas_of(shape, f"regions[{name!r}]", A_REGION):
+                areas.append(Area(outer.ring(None), tuple(hole.ring(None) for hole in holes), name))
+        if following is not None:
+            areas = followed_together(areas, following)
+        return [Region(area, str(area.name), f"{area.name}-rim", entry) for entry, area in enumerate(areas)]
+
+    def _lines(self) -> list[OpenPath]:
+        return [
+            _path(part.points, name, part.argument)
+            for name, shape in _named("lines", self.lines)
+            for part in lines_of(shape, f"lines[{name!r}]", A_LINE)
+        ]
+
+    def _points(self) -> list[InnerPoint]:
+        found = []
+        for name, given in _named("points", self.points):
+            argument = f"points[{name!r}]"
+            array = shapely.get_coordinates(given) if isinstance(given, shapely.Geometry) else given
+            one = np.ndim(array) == 1 and np.size(array) == 2
+            places = points_of([array] if one else array, argument, SOME_POINTS).points
+            found += [InnerPoint(as_point(place), name, Key([argument])) for place in places]
+        return found
+
+
+def _named(argument: str, shapes: Any) -> list[tuple[str, Any]]:
+    """Names and shapes; CaseError if they are no mapping, or a name is none."""
+    if shapes is None:
+        return []
+    if not isinstance(shapes, Mapping):
+        raise CaseError(f"{argument}: must be a mapping of names to shapes (found {type(shapes).__name__})")
+    return [(require_name(name, argument), shape) for name, shape in shapes.items()]
+
+
+def _path(points: Floats, label: str, argument: str) -> OpenPath:
+    """The line through points (n, 2)."""
+    start, *ends = map(as_point, points)
+    with about(Key([argument])):
+        return replace(open_path(start, [LineTo(end) for end in ends], label), key=Key([argument]))

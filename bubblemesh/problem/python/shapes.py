@@ -1,0 +1,95 @@
+"""Shapes of Python programs: polygons and lines of shapely, and arrays of points."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+
+from bubblemesh.arrays import Floats, unmasked
+from bubblemesh.errors import CaseError, GeometryError, Key, about
+from bubblemesh.geometry import rings
+from bubblemesh.geometry.following import Following
+from bubblemesh.geometry.paths import Ring
+from bubblemesh.records import record
+
+Shape: TypeAlias = "shapely.Polygon | shapely.MultiPolygon | ArrayLike"
+
+A_RING = "the points (n, 2) of a ring"
+
+
+@record
+class ProgramPoints:
+    """Points (m, 2), and the argument that has them."""
+
+    points: Floats
+    argument: str
+
+    def ring(self, label: str | None, following: Following | None = None) -> Ring:
+        """The ring through the points, followed as a curve if there is a rule."""
+        with about(Key([self.argument])):
+            ring = replace(rings.polygon(self.points.tolist(), label=label), key=Key([self.argument]))
+            return ring if following is None else following(ring)
+
+
+def areas_of(shape: Any, argument: str, expected: str) -> list[list[ProgramPoints]]:
+    """Rings of each area of a shape, the outer one first.
+
+    CaseError, with what is ``expected``, if it is no polygon and no array of points; GeometryError if it is empty.
+    """
+    if not isinstance(shape, shapely.Geometry):
+        return [[points_of(shape, argument, expected)]]
+    if not isinstance(shape, shapely.Polygon | shapely.MultiPolygon):
+        raise CaseError(f"{argument}: must be {expected} (found {type(shape).__name__})")
+    polygons = _filled(shape)
+    if not polygons:
+        with about(Key([argument])):
+            raise GeometryError("the polygon is empty")
+    single = isinstance(shape, shapely.Polygon)
+    return [_rings(part, argument if single else f"{argument}.geoms[{k}]") for k, part in polygons]
+
+
+def lines_of(shape: Any, argument: str, expected: str) -> list[ProgramPoints]:
+    """Points of each line of a shape; CaseError, with what is ``expected``, if it is none and no array of points."""
+    if not isinstance(shape, shapely.Geometry):
+        return [points_of(shape, argument, expected)]
+    if not isinstance(shape, shapely.LineString | shapely.MultiLineString):
+        raise CaseError(f"{argument}: must be {expected} (found {type(shape).__name__})")
+    return [points_of(shapely.get_coordinates(line), argument, expected) for _, line in _filled(shape)]
+
+
+def points_of(given: Any, argument: str, expected: str = A_RING) -> ProgramPoints:
+    """Points as an array; CaseError, with what is ``expected``, if they are no finite numbers (n, 2)."""
+    try:
+        array = np.asarray(unmasked(given))
+    except ValueError:  # rows of unequal length
+        raise CaseError(f"{argument}: must be {expected} (found rows of unequal length)") from None
+    if array.dtype.kind not in "iuf":
+        is_array = array.ndim > 0 and isinstance(given, np.ndarray)
+        found = f"an array of {array.dtype}: astype(float) makes numbers of it" if is_array else type(given).__name__
+        raise CaseError(f"{argument}: must be {expected} (found {found})")
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise CaseError(f"{argument}: must be {expected} (found the shape {array.shape})")
+    array = array.astype(float)  # the limit is no number of smaller types
+    rings.require_numbers(array, argument)
+    return ProgramPoints(array, argument)
+
+
+def listed(given: Any, argument: str) -> "Sequence[Any] | Floats":
+    """Rings, one after the other; CaseError if they are not a list."""
+    if not isinstance(given, Sequence | np.ndarray):
+        raise CaseError(f"{argument}: must be a list of rings, arrays (n, 2) of points (found {type(given).__name__})")
+    return given
+
+
+def _rings(polygon: shapely.Polygon, argument: str) -> list[ProgramPoints]:
+    named = [(polygon.exterior, f"{argument}.exterior")]
+    named += [(hole, f"{argument}.interiors[{k}]") for k, hole in enumerate(polygon.interiors)]
+    return [points_of(shapely.get_coordinates(ring), name) for ring, name in named]
+
+
+def _filled(shape: shapely.Geometry) -> list[tuple[int, Any]]:
+    """Parts of a shape that are not empty, with their numbers in it."""
+    return [(k, part) for k, part in enumerate(shapely.get_parts(shape).tolist()) if not part.is_empty]

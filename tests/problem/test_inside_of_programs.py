@@ -1,0 +1,97 @@
+"""Regions, lines and points that Python programs embed: exact areas and lengths, names, errors about the argument."""
+
+import numpy as np
+import pytest
+import shapely
+from invariants import check_area, check_arrays, check_edges
+
+import bubblemesh
+from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.geometry import rings
+
+BAR = shapely.box(-2, -1, 2, 1)
+CORE, LOW, ACROSS = (shapely.box(*sides) for sides in ((-0.25, -0.1, 0.25, 0.1), (-2, -1, 2, -0.1), (0, 0, 1, 0.2)))
+DISC = shapely.Point(0, 0).buffer(0.5)
+
+
+def check_embedded(mesh):
+    """The invariants of a mesh, whose nodes on lines inside come before others, too."""
+    for check in (check_arrays, check_edges, check_area):
+        check(mesh)
+
+
+def areas(mesh):
+    a, b, c = np.moveaxis(mesh.points[mesh.triangles[:, :3]], 1, 0)
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    return dict(zip(mesh.regions, np.bincount(mesh.triangle_regions, (ux * vy - uy * vx) / 2).tolist(), strict=True))
+
+
+def length(mesh, label):
+    a, b = np.moveaxis(mesh.points[mesh.facets[mesh.facet_labels == mesh.labels.index(label)]], 1, 0)
+    return np.hypot(*(b - a).T).sum()
+
+
+def test_regions_lines_and_points_have_their_names():
+    crack = shapely.LineString([(0.5, 0.3), (0.8, 0.7), (1.1, 0.7)])
+    mesh = bubblemesh.mesh(
+        BAR, 0.25, regions={"core": CORE, "low": LOW}, lines={"crack": crack}, points={"probe": (0, 0.5)}
+    )
+    check_embedded(mesh)
+    assert areas(mesh) == pytest.approx({"domain": 4.3, "core": 0.1, "low": 3.6})
+    assert length(mesh, "crack") == pytest.approx(0.8)
+    assert length(mesh, "core-rim") == pytest.approx(1.4)
+    assert np.hypot(*(mesh.points - (0, 0.5)).T).min() == 0
+    assert set(mesh.labels) == {"outer", "core-rim", "low-rim", "crack"}
+
+
+def test_arrays_and_parts_of_one_shape_will_do():
+    squares = shapely.MultiPolygon([shapely.box(x, 0, x + 0.5, 0.5) for x in (-1.5, 0.5)])
+    ways = shapely.MultiLineString([[(-1, -0.5), (0, -0.5)], [(0.5, -0.5), (1, -0.5)]])
+    mesh = bubblemesh.mesh(
+        np.array(BAR.exterior.coords[:-1]),
+        0.3,
+        regions={"square": squares, "tip": [(1.5, -0.5), (2, -0.5), (2, 0.5)]},
+        lines={"ways": ways},
+        points={"two": [(-1.5, -0.7), (1.5, -0.7)]},
+    )
+    check_embedded(mesh)
+    assert areas(mesh) == pytest.approx({"domain": 7.25, "square": 0.5, "tip": 0.25})
+    assert length(mesh, "ways") == pytest.approx(1.5)
+
+
+def test_neighbours_are_followed_as_one_curve():
+    ring = shapely.Point(0, 0).buffer(0.8).difference(DISC)
+    mesh = bubblemesh.mesh(BAR, 0.2, regions={"core": DISC, "shell": ring}, corners=30)
+    check_embedded(mesh)
+    assert (mesh.facet_labels == mesh.labels.index("core-rim")).sum() == pytest.approx(np.pi / 0.2, abs=2)
+    assert areas(mesh)["core"] == pytest.approx(DISC.area, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "match"),
+    [
+        ({"regions": [DISC]}, CaseError, "regions: must be a mapping of names to shapes .found list"),
+        ({"regions": {"domain": DISC}}, CaseError, "regions: 'domain' is the name of what regions leave"),
+        ({"regions": {"": DISC}}, CaseError, "regions: '' is no name"),
+        ({"regions": {"a": 3}}, CaseError, r"regions\['a'\]: must be a shapely.Polygon.*found the shape \(\)"),
+        ({"regions": {"a": shapely.Polygon()}}, GeometryError, r"regions\['a'\]: the polygon is empty"),
+        (
+            {"regions": {"a": DISC, "b": ACROSS}},
+            GeometryError,
+            r"regions\['b'\].*'a' and 'b' overlap at",
+        ),
+        ({"lines": {"l": DISC}}, CaseError, r"lines\['l'\]: must be a shapely.LineString.*found Polygon"),
+        ({"lines": {"l": [(0, 0)]}}, GeometryError, r"lines\['l'\]: the line at \(0, 0\) has no length"),
+        ({"lines": {"l": [(0, np.nan), (1, 0)]}}, CaseError, r"lines\['l'\]"),
+        ({"points": {"p": 3}}, CaseError, r"points\['p'\]: must be a point \(x, y\)"),
+        ({"points": {"p": (9, 9)}}, GeometryError, r"points\['p'\]: the point 'p' at \(9, 9\) lies outside"),
+    ],
+)
+def test_errors_name_the_argument(arguments, error, match):
+    with pytest.raises(error, match=match):
+        bubblemesh.mesh(BAR, 0.3, **arguments)
+
+
+def test_a_domain_has_its_own():
+    with pytest.raises(CaseError, match="regions: a Domain has regions of its own"):
+        bubblemesh.mesh(bubblemesh.Domain.of(rings.rectangle(0, 0, 1, 1)), 0.3, regions={"a": DISC})
