@@ -5,8 +5,6 @@ import dataclasses
 import numpy as np
 from sandwiches import sandwich
 
-from bubblemesh.meshfiles.groups import region_ids
-
 
 def mixed():
     """The sandwich, bent, with quadrilaterals in its left half: all of one region, and some of the other."""
@@ -24,7 +22,7 @@ def of_order(mesh, order):
 
 def cells_by_places(mesh, values=None):
     """Values of the cells, by default the names of their regions, by the places of their corners."""
-    names = np.array(mesh.regions, object)[region_ids(mesh) - 1 - len(mesh.labels)] if values is None else values
+    names = np.array(mesh.regions, object)[mesh.triangle_regions] if values is None else values
     found = {}
     for nodes, triangles in mesh.cells:
         corners = nodes[:, : 2 + triangles.shape[1]]

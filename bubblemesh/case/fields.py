@@ -23,7 +23,7 @@ from pydantic_core import CoreSchema, PydanticCustomError
 from bubblemesh.arrays import LARGEST_NUMBER
 from bubblemesh.case.parameters import filled_in, is_number
 from bubblemesh.errors import CaseError
-from bubblemesh.files import LONGEST_NAME, is_writable, with_home
+from bubblemesh.files import LARGEST_ID, LONGEST_NAME, is_writable, with_home
 from bubblemesh.spacing.expression import Expression, UnknownNameError, constant
 from bubblemesh.spacing.quantities import Dimension
 
@@ -238,6 +238,7 @@ Growth = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=1, le=2), B
 Fraction = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)]
 # Whole numbers may be written 1e6.
 Count = Annotated[int, Field(strict=True, gt=0), BeforeValidator(_whole)]
+GroupId = Annotated[int, Field(strict=True, gt=0, le=LARGEST_ID), BeforeValidator(_whole)]
 Layers = Annotated[int, Field(strict=True, gt=0, le=500), BeforeValidator(_whole)]
 Parts = Annotated[Literal["auto"] | Count, BeforeValidator(_parts)]
 MOST_COPIES = 100_000

@@ -29,6 +29,7 @@ from bubblemesh.case.fields import (
     FileName,
     Folder,
     Fraction,
+    GroupId,
     Label,
     OneOrMore,
     Parts,
@@ -88,6 +89,11 @@ class Output(Strict):
     open: OneOrMore[Label] | None = Field(
         default=None,
         description="Labels of open water, for formats of coasts; else those named open, or open_, open- and more.",
+    )
+    ids: dict[Label, GroupId] | None = Field(
+        default=None,
+        description="Ids that the files give labels, regions and points, by their names: {inlet: 7, copper: 3}; others "
+        "have numbers from 1.",
     )
     depth: AnyNodeDepth | None = Field(
         default=None,

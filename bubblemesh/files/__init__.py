@@ -4,6 +4,7 @@ from bubblemesh.files.confinement import confined_to, is_confined
 from bubblemesh.files.copies import has_copies, local_copies, local_copy
 from bubblemesh.files.names import (
     FORBIDDEN,
+    LARGEST_ID,
     LONGEST_FILE_NAME,
     LONGEST_NAME,
     bytes_of_name,
@@ -36,6 +37,7 @@ from bubblemesh.files.temporary import OWNER, locked, temporary_folder
 __all__ = [
     "CASE_FILE",
     "FORBIDDEN",
+    "LARGEST_ID",
     "LONGEST_FILE_NAME",
     "LONGEST_NAME",
     "MORE_FILES",

@@ -8,6 +8,7 @@ from bubblemesh.errors import CaseError
 LONGEST_FILE_NAME = 255  # bytes, in most file systems
 LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
 MOST_NAME_BYTES = 253  # of such a name: Gmsh reads no more
+LARGEST_ID = 2**31 - 1  # of a group: formats and solvers hold ids as integers of 32 bits
 FORBIDDEN = "quotes, backslashes, line breaks and other control characters"
 
 

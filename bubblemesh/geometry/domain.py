@@ -254,8 +254,12 @@ class Domain(Uncached):
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """Names of the sides, lines and points of the domain, each once."""
-        names = [self.boundary.labels[number] for number in each_once(self.boundary.label)]
-        return tuple(dict.fromkeys([*names, *(point.label for point in self.parts.points)]))
+        return tuple(dict.fromkeys([*self.side_labels, *(point.label for point in self.parts.points)]))
+
+    @cached_property
+    def side_labels(self) -> tuple[str, ...]:
+        """Names of the sides and lines of the domain, each once."""
+        return tuple(dict.fromkeys(self.boundary.labels[number] for number in each_once(self.boundary.label)))
 
     def distance_to(self, points: Floats, *labels: str) -> Floats:
         """Distance (m,) of points (m, 2) from the nearest side, line or point that has one of the ``labels``.

@@ -7,6 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers, unmasked
 from bubblemesh.errors import CaseError
+from bubblemesh.files import LARGEST_ID
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.quads import require_pairs
 from bubblemesh.messages import counted, either, shown
@@ -62,6 +63,7 @@ def checked(mesh: "Mesh") -> dict[str, Any]:
         "depth": real_numbers(mesh.depth, "depth", (n,), (0,)),
         "metric": finite(mesh.metric, "metric", (n, 3), (0, 3), largest=LARGEST_FLOAT),
         "open_labels": texts(mesh.open_labels, "open_labels"),
+        "ids": _ids(mesh.ids),
         "fields": _fields(mesh.fields, t),
     }
 
@@ -138,6 +140,18 @@ def _fields(fields: Any, triangles: int) -> dict[str, Floats]:
         raise CaseError(f"fields: must be a mapping of names to arrays (found {shown(repr(fields))})")
     names = texts([*fields], "fields")
     return {name: real_numbers(fields[name], f"fields: {name}", (triangles,)) for name in names}
+
+
+def _ids(ids: Any) -> dict[str, int]:
+    """Ids by names."""
+    if not isinstance(ids, Mapping):
+        raise CaseError(f"ids: must be a mapping of names to ids (found {shown(repr(ids))})")
+    for name in texts([*ids], "ids"):
+        number = ids[name]
+        if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 < number <= LARGEST_ID:
+            found = shown(repr(number))
+            raise CaseError(f"ids: {name}: must be a whole number from 1 to {LARGEST_ID} (found {found})")
+    return {name: int(number) for name, number in ids.items()}
 
 
 def _require_partition(partition: Any, triangles: int) -> None:

@@ -78,6 +78,9 @@ class Mesh:
     open_labels : tuple of str
         Labels of open water, for formats of coasts; by default those that are named ``open``, or ``open`` with anything
         but a letter behind it, such as ``open_west``, ``open-2`` and ``open 3``.
+    ids : mapping of str to int
+        Ids of one's own that files give labels, regions and labelled points, by their names there; by default there are
+        none, and all have their numbers from 1. Names of nothing in the mesh do not count.
     geographic : bool
         Whether the coordinates are longitudes and latitudes, for formats that record this.
     fields : mapping of str to (t,)
@@ -105,6 +108,7 @@ class Mesh:
     depth: Floats = field(default_factory=lambda: np.zeros(0))
     metric: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     open_labels: tuple[str, ...] = ()
+    ids: Mapping[str, int] = field(default_factory=dict)
     geographic: bool = False
     fields: Mapping[str, Floats] = field(default_factory=dict)
 

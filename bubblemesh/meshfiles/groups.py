@@ -3,14 +3,16 @@
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import count, islice
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.files import FORBIDDEN, LONGEST_NAME, is_writable
+from bubblemesh.files import FORBIDDEN, LARGEST_ID, LONGEST_NAME, is_writable
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.periodic import motion_data
 from bubblemesh.meshes.quads import Cells
@@ -34,19 +36,67 @@ class Group(NamedTuple):
     dimension: int
 
 
+KINDS_OF_GROUPS = {0: "points", 1: "labels", 2: "regions"}  # by their dimension
+
+
 # meshio's names of facets and cells, by the number of their nodes.
 FACET_KINDS = {2: "line", 3: "line3"}
 CELL_KINDS = {3: "triangle", 6: "triangle6", 4: "quad", 9: "quad9"}
 
 
-def facet_ids(mesh: Mesh) -> Integers:
-    """Return the (f,) ids of the facets' labels: 1 for the first label."""
+# Numbers of groups count labels, then regions, then labelled points, from 1. They are the ids of the groups, so that
+# readers may know groups by id alone, unless the mesh has ids of its own.
+
+
+def facet_numbers(mesh: Mesh) -> Integers:
+    """Return the (f,) numbers of the facets' labels among all groups."""
     return mesh.facet_labels.astype(np.int64) + 1
 
 
-def region_ids(mesh: Mesh) -> Integers:
-    """Region ids (t,) of the triangles, which follow those of labels, as some readers know groups by id alone."""
+def region_numbers(mesh: Mesh) -> Integers:
+    """Return the (t,) numbers of the triangles' regions among all groups."""
     return mesh.triangle_regions.astype(np.int64) + 1 + len(mesh.labels)
+
+
+def node_numbers(mesh: Mesh) -> Integers:
+    """Return the (v,) numbers of the labelled points among all groups."""
+    return mesh.node_labels.astype(np.int64) + 1 + len(mesh.labels) + len(mesh.regions)
+
+
+def facet_ids(mesh: Mesh) -> Integers:
+    """Return the (f,) ids of the facets' labels."""
+    return _ids_at(mesh, facet_numbers(mesh))
+
+
+def region_ids(mesh: Mesh) -> Integers:
+    """Return the (t,) ids of the triangles' regions."""
+    return _ids_at(mesh, region_numbers(mesh))
+
+
+def node_ids(mesh: Mesh) -> Integers:
+    """Return the (v,) ids of the labelled points."""
+    return _ids_at(mesh, node_numbers(mesh))
+
+
+def _ids_at(mesh: Mesh, numbers: Integers) -> Integers:
+    """Ids (m,) of groups by their numbers (m,)."""
+    return numbers if not mesh.ids else ids_of_groups(mesh)[numbers - 1]
+
+
+def ids_of_groups(mesh: Mesh) -> Integers:
+    """Return the (g,) ids of all groups, in the order of their numbers."""
+    return np.array([group.id for group in group_names(mesh).values()], np.int64)
+
+
+def free_ids(mesh: Mesh, wanted: int) -> list[int]:
+    """So many ids that no group has."""
+    ids = ids_of_groups(mesh).tolist()
+    return list(islice(_unused_ids(len(ids), set(ids)), wanted))
+
+
+def _unused_ids(groups: int, taken: Collection[int]) -> Iterator[int]:
+    """Ids above the numbers of so many groups, without those that are taken."""
+    return (number for number in count(groups + 1) if number not in taken)
 
 
 def cell_ids(mesh: Mesh, cells: Cells) -> Integers:
@@ -59,11 +109,6 @@ def cell_values(values: Floats, cells: Cells) -> Floats:
     return np.asarray(values, float)[cells.triangles].mean(axis=1)
 
 
-def node_ids(mesh: Mesh) -> Integers:
-    """Return the (v,) ids of the labelled points: those after the regions'."""
-    return mesh.node_labels.astype(np.int64) + 1 + len(mesh.labels) + len(mesh.regions)
-
-
 def point_ids(mesh: Mesh) -> Integers:
     """Return the (n,) id of each node: that of its own label, else of a facet at it, else 0."""
     ids = np.zeros(len(mesh.points), np.int64)
@@ -74,28 +119,75 @@ def point_ids(mesh: Mesh) -> Integers:
 
 
 def group_names(mesh: Mesh) -> dict[str, Group]:
-    """Groups of the labels, regions and labelled points by their names, in the order of the ids.
+    """Groups of the labels, regions and labelled points by their names, in the order of their numbers.
 
-    Readers keep one group for each name, so that a region or a point with the name of an earlier group gets a longer
-    name. CaseError if a name does not fit all formats, or if two labels, two regions or two points have the same one.
+    CaseError if a name does not fit all formats, or if two labels, two regions or two points have the same name or id.
     """
-    kinds = [(mesh.labels, 1, ""), (mesh.regions, 2, "_region"), (mesh.point_labels, 0, "_point")]
-    found: dict[str, Group] = {}
-    for names, dimension, suffix in kinds:
-        twice = next((name for name, count in Counter(names).items() if count > 1), None)
+    dimensions = named_groups(mesh.labels, mesh.regions, mesh.point_labels)
+    ids = ids_with_own(dimensions, mesh.ids)
+    return {name: Group(k, dimension) for k, (name, dimension) in zip(ids, dimensions.items(), strict=True)}
+
+
+def named_groups(labels: Sequence[str], regions: Sequence[str], points: Sequence[str]) -> dict[str, int]:
+    """Dimensions of the groups of labels, regions and labelled points by their names, in the order of their numbers.
+
+    CaseError if a name does not fit all formats, or if two labels, two regions or two points have the same one.
+    """
+    kinds = {1: labels, 2: regions, 0: points}
+    for names in kinds.values():
+        twice = next((name for name, times in Counter(names).items() if times > 1), None)
         if twice is not None:
             raise CaseError(f"the name {twice!r} is there twice: give all that belong to it the same index")
+        bad = next((name for name in names if not is_writable(name)), None)
+        if bad is not None:
+            raise CaseError(
+                f"the label {bad!r} cannot be written to a mesh file: use a name of at most {LONGEST_NAME} "
+                f"characters without {FORBIDDEN}"
+            )
+    dimensions = (dimension for dimension, names in kinds.items() for _ in names)
+    return dict(zip(_different(labels, regions, points), dimensions, strict=True))
+
+
+def _different(labels: Sequence[str], regions: Sequence[str], points: Sequence[str]) -> list[str]:
+    """Names of all groups: as readers keep one group for each, those that another one has become longer."""
+    found: dict[str, None] = {}
+    for names, suffix in ((labels, ""), (regions, "_region"), (points, "_point")):
         taken = {*found, *names}
         for name in names:
-            if not is_writable(name):
-                raise CaseError(
-                    f"the label {name!r} cannot be written to a mesh file: use a name of at most {LONGEST_NAME} "
-                    f"characters without {FORBIDDEN}"
-                )
             free = _unused(name, suffix, taken) if name in found else name
-            found[free] = Group(len(found) + 1, dimension)
+            found[free] = None
             taken.add(free)
-    return found
+    return list(found)
+
+
+def with_ids_as_read(mesh: Mesh, ids: Sequence[Mapping[str, int]]) -> Mesh:
+    """The mesh with the ids that a file has for its labels, regions and points, unless they are numbers from 1."""
+    kinds = mesh.labels, mesh.regions, mesh.point_labels
+    known = [of_kind.get(name) for of_kind, names in zip(ids, kinds, strict=True) for name in names]
+    if all(number in (None, k) for k, number in enumerate(known, start=1)):
+        return mesh
+    names = zip(_different(*kinds), known, strict=True)
+    return replace(mesh, ids={name: number for name, number in names if number is not None})
+
+
+def ids_with_own(dimensions: Mapping[str, int], own: Mapping[str, int]) -> list[int]:
+    """Ids of all groups of `named_groups`, in the order of their numbers; some have ids of their own, by their names.
+
+    The others have their numbers, or, where another group has that id, one above all numbers. CaseError if two groups
+    of a dimension have the same id of their own; names of no group do not count.
+    """
+    if not own:
+        return list(range(1, len(dimensions) + 1))
+    first: dict[Group, str] = {}
+    for name in own.keys() & dimensions.keys():
+        other = first.setdefault(Group(own[name], dimensions[name]), name)
+        if other != name:
+            kind, (one, two) = KINDS_OF_GROUPS[dimensions[name]], sorted([name, other])
+            raise CaseError(f"{one!r} and {two!r} have the same id {own[name]}: {kind} need different ones")
+    taken = {group.id for group in first}
+    spare = _unused_ids(len(dimensions), taken)
+    numbered = enumerate(dimensions, start=1)
+    return [own[name] if name in own else next(spare) if number in taken else number for number, name in numbered]
 
 
 def _unused(name: str, suffix: str, taken: Collection[str]) -> str:
@@ -158,24 +250,24 @@ def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *
     """
     more = _places(mesh) | _counterparts(mesh)
     entries = {}
-    for name, group in group_names(mesh).items():
+    for number, (name, group) in enumerate(group_names(mesh).items(), start=1):
         other = {form: words[name] for form, words in spellings.items() if words and words.get(name, name) != name}
-        entries[name] = group._asdict() | more.get(group.id, {}) | ({"written": other} if other else {})
+        entries[name] = group._asdict() | more.get(number, {}) | ({"written": other} if other else {})
     if complete and None not in spellings.values() and not any("written" in entry for entry in entries.values()):
         return None
     return dumped(entries, indent=2) + "\n"
 
 
 def _places(mesh: Mesh) -> dict[int, dict[str, Any]]:
-    """Nodes of the labelled points, by the ids of their groups."""
+    """Nodes of the labelled points, by the numbers of their groups."""
     found: dict[int, dict[str, Any]] = {}
-    for number, node in zip(node_ids(mesh).tolist(), mesh.labelled_nodes.tolist(), strict=True):
+    for number, node in zip(node_numbers(mesh).tolist(), mesh.labelled_nodes.tolist(), strict=True):
         found.setdefault(number, {"nodes": []})["nodes"].append(node)
     return dict(sorted(found.items()))
 
 
 def _counterparts(mesh: Mesh) -> dict[int, dict[str, Any]]:
-    """Counterparts of the periodic sides, by the ids of their labels."""
+    """Counterparts of the periodic sides, by the numbers of their labels."""
     found: dict[int, dict[str, Any]] = {}
     for sides in mesh.periodic_sides:
         for one, other, sign in ((sides.first, sides.second, 1), (sides.second, sides.first, -1)):
@@ -191,12 +283,19 @@ KEPT = {*TAGS, *POINT_TAGS, "mat_id", "attribute", "Label", PARTITION, NODE_OWNE
 DIMENSIONS = {"point": 0, "label": 1, "region": 2}
 
 
-def cell_groups(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str, ...], Integers]:
-    """Names of the groups of the cells in some blocks, and the index (c,) of each cell's group.
+class CellGroups(NamedTuple):
+    """Names of the groups of cells in a file, and the index (c,) of each cell's group; empty if it has none."""
+
+    names: tuple[str, ...]
+    of_cells: Integers
+    ids: Mapping[str, int]  # of those whose ids are known by their names
+
+
+def cell_groups(mesh: Any, blocks: Sequence[int], noun: str) -> CellGroups:
+    """Groups of the cells in some blocks.
 
     The blocks of a `meshio.Mesh` are given by their numbers, all with the same kind of group. Groups without a name are
-    called by the ``noun`` (point, label or region) and their number. Both results are empty if the file has no such
-    groups.
+    called by the ``noun`` (point, label or region) and their number.
     """
     for name in TAGS:
         if blocks and name in mesh.cell_data:
@@ -205,8 +304,15 @@ def cell_groups(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str,
                 numbers, index = np.unique(tags.astype(np.int64), return_inverse=True)
                 names = [_name(mesh, int(number), noun) for number in numbers]
                 different = {name: k for k, name in enumerate(dict.fromkeys(names))}  # families of MED may share groups
-                return tuple(different), np.array([different[name] for name in names], np.int64)[index]
+                index = np.array([different[name] for name in names], np.int64)[index]
+                return CellGroups(tuple(different), index, _ids_of(mesh, different, noun))
     return _of_sets(mesh, blocks, noun)
+
+
+def _ids_of(mesh: Any, names: Collection[str], noun: str) -> dict[str, int]:
+    """Ids that a file, or that of labels beside it, gives groups by their names."""
+    known = ((str(name), int(number)) for name, (number, kind) in mesh.field_data.items() if kind == DIMENSIONS[noun])
+    return {name: number for name, number in known if name in names and 0 < number <= LARGEST_ID}
 
 
 def _name(mesh: Any, tag: int, noun: str) -> str:
@@ -217,7 +323,7 @@ def _name(mesh: Any, tag: int, noun: str) -> str:
     return ", ".join(names) if names else f"{noun} {tag}"
 
 
-def _of_sets(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str, ...], Integers]:
+def _of_sets(mesh: Any, blocks: Sequence[int], noun: str) -> CellGroups:
     """Groups by the sets of cells that the file names; a cell in several sets belongs to the smallest."""
     counts = [len(mesh.cells[k].data) for k in blocks]
     start = np.cumsum([0, *counts])
@@ -228,10 +334,11 @@ def _of_sets(mesh: Any, blocks: Sequence[int], noun: str) -> tuple[tuple[str, ..
         if len(cells):
             sets[str(name)] = cells
     if not sets:
-        return (), np.zeros(0, np.int64)
+        return CellGroups((), np.zeros(0, np.int64), {})
     names = sorted(sets, key=lambda name: -len(sets[name]))
     index = np.full(start[-1], -1)
     for number, name in enumerate(names):
         index[sets[name]] = number
     present, index = np.unique(index, return_inverse=True)
-    return tuple(f"no {noun}" if k < 0 else names[k] for k in present), index
+    groups = tuple(f"no {noun}" if k < 0 else names[k] for k in present)
+    return CellGroups(groups, index, _ids_of(mesh, groups, noun))

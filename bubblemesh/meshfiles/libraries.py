@@ -11,7 +11,14 @@ from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import measures_of
-from bubblemesh.meshfiles.groups import cell_ids, cell_values, facet_ids, group_names, region_ids
+from bubblemesh.meshfiles.groups import (
+    cell_values,
+    facet_ids,
+    facet_numbers,
+    group_names,
+    region_ids,
+    region_numbers,
+)
 
 # Command that installs each library, by the name of its package.
 COMMANDS = {
@@ -53,9 +60,9 @@ def to_meshio(mesh: Mesh, columns: Literal[2, 3]) -> Any:
         raise CaseError(f"columns: must be 2 or 3 (found {columns!r})")
     result = as_meshio(mesh)
     result.points = mesh.points if columns == 2 else in_space(mesh.points)
-    ids = result.cell_data["gmsh:physical"]
-    for name, (tag, _) in result.field_data.items():
-        result.cell_sets[name] = [np.flatnonzero(of_block == tag) for of_block in ids]
+    blocks = list(zip(result.cells, result.cell_data["gmsh:physical"], strict=True))
+    for name, (tag, dimension) in result.field_data.items():
+        result.cell_sets[name] = [np.flatnonzero((ids == tag) & (block.dim == dimension)) for block, ids in blocks]
     return result
 
 
@@ -71,7 +78,8 @@ def to_pyvista(mesh: Mesh) -> Any:
     each = [*(VTK_CELLS[block.shape[1]] for block in blocks[:-1]), VTK_FACETS[mesh.facets.shape[1]]]
     kinds = np.repeat(each, [len(block) for block in blocks]).astype(np.uint8)
     grid = pyvista.UnstructuredGrid(np.concatenate(cells), kinds, in_space(mesh.points))
-    grid.cell_data["group"] = np.concatenate([*(cell_ids(mesh, each) for each in mesh.cells), facet_ids(mesh)])
+    regions = [region_numbers(mesh)[each.triangles[:, 0]] for each in mesh.cells]
+    grid.cell_data["group"] = np.concatenate([*regions, facet_numbers(mesh)])
     ratios = measures_of(mesh.points, mesh.triangles[:, :3], mesh.fields).radius_ratios
     of_cells = [cell_values(ratios, each) for each in mesh.cells]
     grid.cell_data["quality"] = np.concatenate([*of_cells, np.full(len(mesh.facets), np.nan)])

@@ -194,6 +194,7 @@ class MeshWithData(NamedTuple):
     matching: tuple[Integers, ...] = ()  # nodes (k, 2) of two periodic sides each
     node_sets: tuple[str, ...] = ()  # names of sets of nodes, which are not read
     digits: float = float(np.finfo(float).eps)  # rounding error of coordinates near 1, as the file holds them
+    ids: tuple[Mapping[str, int], ...] = ({}, {}, {})  # in the file, of labels, regions and labelled points with names
 
 
 def read_mesh(path: Path) -> MeshWithData:
@@ -205,9 +206,9 @@ def read_mesh(path: Path) -> MeshWithData:
     file = read_triangles(path)
     source = named(file.source, path)
     file = replace(file, source=source)
-    regions, region = cell_groups(source, file.faces, "region")
-    facets, label, labels = _facets(file)
-    points, point, named_points = _labelled_points(file)
+    regions, region, region_ids = cell_groups(source, file.faces, "region")
+    facets, label, labels, label_ids = _facets(file)
+    points, point, named_points, point_ids = _labelled_points(file)
     mesh = Mesh(
         file.points,
         file.triangles,
@@ -236,6 +237,7 @@ def read_mesh(path: Path) -> MeshWithData:
         matching,
         source.node_sets,
         digits(source),
+        (label_ids, region_ids, point_ids),
     )
 
 
@@ -249,30 +251,30 @@ def left_out_notes(kinds: Sequence[str]) -> tuple[str, ...]:
     return (f"cells that are no triangles or quadrilaterals are left out: {', '.join(kinds)}",) if kinds else ()
 
 
-def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
-    """Labelled edges (f, 2) by indices of used nodes, the index (f,) of each edge's label, and the labels."""
+def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...], Mapping[str, int]]:
+    """Labelled edges (f, 2) by indices of used nodes, index (f,) of each edge's label, the labels, and their ids."""
     source, blocks = file.source, _blocks(file.source, EDGES)
-    labels, label = cell_groups(source, blocks, "label")
+    labels, label, ids = cell_groups(source, blocks, "label")
     if not labels:
-        return np.zeros((0, 2), np.int64), label, ()
+        return np.zeros((0, 2), np.int64), label, (), ids
     edges = np.concatenate([source.cells[k].data[:, :2] for k in blocks]).astype(np.int64)
     if edges.min() < 0 or edges.max() >= len(source.points):
         raise FileError(f"{file.path}: an edge has a node that is not there: the file is damaged")
     edges = file.index[edges]
     kept = (edges >= 0).all(axis=1)  # an edge with an unused node is not a side of a triangle
     numbers, label = np.unique(label[kept], return_inverse=True)
-    return edges[kept], label, tuple(labels[k] for k in numbers)
+    return edges[kept], label, tuple(labels[k] for k in numbers), ids
 
 
-def _labelled_points(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...]]:
-    """Labelled nodes (v,) among the used ones, the index (v,) of each node's label, and the labels.
+def _labelled_points(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...], Mapping[str, int]]:
+    """Labelled nodes (v,) among the used ones, the index (v,) of each node's label, the labels, and their ids.
 
     Points of Gmsh without a group have the number 0; ends of periodic sides follow from the sides.
     """
     blocks = _blocks(file.source, ("vertex",))
-    labels, label = cell_groups(file.source, blocks, "point")
+    labels, label, ids = cell_groups(file.source, blocks, "point")
     if not labels:
-        return np.zeros(0, np.int64), label, ()
+        return np.zeros(0, np.int64), label, (), ids
     nodes = np.concatenate([file.source.cells[k].data[:, 0] for k in blocks]).astype(np.int64)
     if nodes.min() < 0 or nodes.max() >= len(file.source.points):
         raise FileError(f"{file.path}: a point has a node that is not there: the file is damaged")
@@ -280,7 +282,7 @@ def _labelled_points(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...
     own = np.array([name not in NO_LABELS and name.rstrip("-") != ENDS for name in labels])
     kept = own[label] & (nodes >= 0)
     numbers, label = np.unique(label[kept], return_inverse=True)
-    return nodes[kept], label, tuple(labels[k] for k in numbers)
+    return nodes[kept], label, tuple(labels[k] for k in numbers), ids
 
 
 def cell_data_of(file: MeshFile) -> dict[str, Floats]:

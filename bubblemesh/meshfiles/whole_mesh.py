@@ -13,6 +13,7 @@ from bubblemesh.meshes.metric import ENTRIES
 from bubblemesh.meshes.periodic import misfit, rigid_motion
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.faults import faults
+from bubblemesh.meshfiles.groups import with_ids_as_read
 from bubblemesh.meshfiles.metric import metric_of
 from bubblemesh.meshfiles.read import left_out_notes, read_mesh
 from bubblemesh.messages import shown
@@ -48,7 +49,7 @@ def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
     unread = shown(", ".join(name for name in read.node_sets if name not in own))
     sets = (f"sets of nodes are left out: {unread}",) if unread else ()
     faulty = faults(mesh.points, triangles, read.digits)
-    mesh, unmatched = _with_periodic(with_boundary(mesh), read.matching)
+    mesh, unmatched = _with_periodic(with_ids_as_read(with_boundary(mesh), read.ids), read.matching)
     return mesh, (*read.notes, *left_out_notes(read.left_out), *read.curved, *sets, *unmatched, *faulty)
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bubblemesh import readers
-from bubblemesh.arrays import each_once
 from bubblemesh.case import Case
 from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain, ShoreDomain
 from bubblemesh.case.repair import RepairKeys
@@ -295,10 +294,9 @@ def _region(area: Area, name: str, entry: int, label: str | None) -> Region:
 
 def _with_shared_names(domain: Domain) -> Domain:
     """The domain with a note on regions that have the name of a label, and another one in mesh files."""
-    labels = {domain.boundary.labels[number] for number in each_once(domain.boundary.label)}
     notes = [
         f"the region {name!r} is called '{name}_region' in mesh files, since a label has its name"
         for name in domain.parts.names
-        if name in labels
+        if name in domain.side_labels
     ]
     return replace(domain, notes=(*domain.notes, *notes)) if notes else domain

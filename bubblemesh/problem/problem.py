@@ -50,6 +50,7 @@ class Task:
     previous: "PreviousNodes | None" = None  # nodes of a mesh to start from
     depth: NodeDepth | None = None  # that the mesh is written with
     open_labels: tuple[str, ...] = ()  # of the boundary, for formats of coasts
+    ids: Mapping[str, int] = field(default_factory=dict)  # of groups in mesh files, by their names there
     file_length: float | None = None  # in the case, of 1 in a file with regions that could be simplified
 
     @cached_property

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 from bubblemesh.case import Case
 from bubblemesh.case.domain import RegionFile
 from bubblemesh.case.fields import several
-from bubblemesh.errors import at_key
+from bubblemesh.errors import CaseError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.label_distances import require_labels
+from bubblemesh.meshfiles.groups import ids_with_own, named_groups
+from bubblemesh.messages import unknown
 from bubblemesh.problem.problem import Task
 from bubblemesh.problem.regions import largest_areas
 from bubblemesh.problem.shapes import length_in_file
@@ -36,6 +38,7 @@ def task_of(case: Case, domain: Domain) -> Task:
         largest_in=largest_areas(case, domain),
         file_length=_file_length(case),
         open_labels=_open_labels(case, domain),
+        ids=_ids(case, domain),
         ladders=_ladders(case, domain),
     )
 
@@ -46,6 +49,19 @@ def _open_labels(case: Case, domain: Domain) -> tuple[str, ...]:
     with at_key("output", "open"):
         require_labels(domain, labels)
     return labels
+
+
+def _ids(case: Case, domain: Domain) -> dict[str, int]:
+    """Ids of groups that a case gives; a CaseError if there is no such group, or two of a kind have the same one."""
+    ids = case.output.ids or {}
+    points = tuple(dict.fromkeys(point.label for point in domain.parts.points))
+    known = named_groups(domain.side_labels, domain.parts.names, points)
+    with at_key("output", "ids"):
+        for name in ids:
+            if name not in known:
+                raise CaseError(unknown("label, region or point", name, known))
+        ids_with_own(known, ids)
+    return ids
 
 
 def _ladders(case: Case, domain: Domain) -> "tuple[Ladder, ...]":

@@ -34,14 +34,16 @@ class Completed(NamedTuple):
 
 def completed(found: Measured, problem: Problem) -> Completed:
     """The mesh with its data and what its case asks for beside nodes and triangles; in slices it is complete."""
-    mesh = found.mesh
+    mesh, task = found.mesh, problem.task
     if not isinstance(mesh, Mesh):
-        return Completed(mesh)
-    task, plane, straight, water = problem.task, problem.domain.plane, 0, None
+        return Completed(replace(mesh, frame=replace(mesh.frame, ids=task.ids)) if task.ids else mesh)
+    plane, straight, water = problem.domain.plane, 0, None
     if task.order == 2:
         mesh, straight = mesh.second_order()
     if task.open_labels:
         mesh = replace(mesh, open_labels=task.open_labels)
+    if task.ids:
+        mesh = replace(mesh, ids=task.ids)
     if task.depth is not None:
         mesh = replace(mesh, depth=depths_of(mesh, task.depth))
         water = WaterRow.of(mesh)

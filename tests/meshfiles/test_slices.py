@@ -42,6 +42,7 @@ domain:
   periodic: [[left, right]]
 spacing: 0.07
 parts: 5
+output: {ids: {bar: 3, bore: 3, stud: 71, probe: 5}}
 """
 AREAS = """
 domain:

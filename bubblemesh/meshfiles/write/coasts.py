@@ -14,7 +14,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.shores import Kind, Stretch, stretches
-from bubblemesh.meshfiles.groups import Fields, cell_ids, group_names
+from bubblemesh.meshfiles.groups import Fields, cell_ids, group_names, ids_of_groups
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 
 # Numbers of the boundaries without flow; in ADCIRC, those of natural boundary conditions.
@@ -88,12 +88,13 @@ def _sms_text(mesh: Mesh) -> Iterator[str]:
         yield from lines(form, before + numbered(count), cells.nodes + 1, cell_ids(mesh, cells))
         before += count
     yield from lines("ND %d %r %r %r", numbered(len(mesh.points)), mesh.points, 0 - depths(mesh))
+    ids = ids_of_groups(mesh).tolist()
     for label in range(len(mesh.labels)):
         for chain in _chains(mesh, label):
             nodes = [number + 1 for number in chain]
             nodes[-1] *= -1
             rows = [nodes[k : k + STRING] for k in range(0, len(nodes), STRING)]
-            rows[-1].append(label + 1)
+            rows[-1].append(ids[label])
             yield from (f"NS {' '.join(map(str, row))}\n" for row in rows)
 
 

@@ -18,10 +18,11 @@ from bubblemesh.meshfiles.groups import (
     Fields,
     cell_ids,
     facet_ids,
-    group_names,
-    node_ids,
+    facet_numbers,
+    node_numbers,
     plain_words,
     point_ids,
+    region_numbers,
 )
 from bubblemesh.meshfiles.med import teach_med
 from bubblemesh.meshfiles.text import lines, listed, write_text
@@ -65,16 +66,18 @@ def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:
 
     teach_med()
     # MED numbers the families of cells downwards from -1 and those of nodes upwards from 1; 0 stands for no family.
-    data: dict[str, Any] = {"cell_tags": [-facet_ids(mesh), *(-cell_ids(mesh, cells) for cells in mesh.cells)]}
+    # Groups are known by their names: the families of edges and of cells need different numbers, ids of one's own not.
+    families = [region_numbers(mesh)[cells.triangles[:, 0]] for cells in mesh.cells]
+    data: dict[str, Any] = {"cell_tags": [-facet_numbers(mesh), *(-numbers for numbers in families)]}
     points = np.zeros(len(mesh.points), np.int64)
-    points[mesh.labelled_nodes] = node_ids(mesh)
+    points[mesh.labelled_nodes] = node_numbers(mesh)
     blocks = [(FACET_KINDS[mesh.facets.shape[1]], mesh.facets)]
     blocks += [(CELL_KINDS[cells.nodes.shape[1]], cells.nodes) for cells in mesh.cells]
     result = meshio.Mesh(mesh.points, blocks, {"point_tags": points}, cell_data=data)
-    words = plain_words(mesh)
-    families = [(words[name], group) for name, group in group_names(mesh).items()]
-    result.cell_tags = {-group.id: [word] for word, group in families if group.dimension > 0}
-    result.point_tags = {group.id: [word] for word, group in families if group.dimension == 0}
+    words = list(enumerate(plain_words(mesh).values(), start=1))
+    cells = len(mesh.labels) + len(mesh.regions)
+    result.cell_tags = {-number: [word] for number, word in words[:cells]}
+    result.point_tags = {number: [word] for number, word in words[cells:]}
     # Built in memory, since HDF5 crashes on a full disk.
     file = BytesIO()
     result.write(file, file_format="med")

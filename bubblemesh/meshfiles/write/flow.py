@@ -11,10 +11,10 @@ from bubblemesh.meshfiles.groups import (
     CELL_KINDS,
     Fields,
     Group,
-    cell_ids,
-    facet_ids,
-    group_names,
+    facet_numbers,
+    named_groups,
     plain_words,
+    region_numbers,
 )
 from bubblemesh.meshfiles.text import lines, write_text
 from bubblemesh.meshfiles.write.gmsh import GroupedCells, msh_text
@@ -61,22 +61,29 @@ def write_openfoam(mesh: Mesh, fields: Fields, path: Path) -> None:
 
     The layer begins at z = 0; its height is the side of a square with the area of the mean triangle. Labels become
     patches of quadrilaterals, regions cell zones; the lower side is the patch ``back``, the upper one ``front``.
-    Labelled points and fields are not written.
+    Labelled points and fields are not written. Patches and zones are known by their names, and have numbers that are
+    all different, as OpenFOAM needs them, in place of ids of one's own.
     """
-    n, names, words = len(mesh.points), group_names(mesh), patch_names(mesh)
-    groups = [(word, Group(names[name].id, names[name].dimension + 1)) for name, word in words.items()]
+    n, words = len(mesh.points), patch_names(mesh)
+    names = named_groups(mesh.labels, mesh.regions, mesh.point_labels)
+    groups = [
+        (words[name], Group(number, dimension + 1))
+        for number, (name, dimension) in enumerate(names.items(), start=1)
+        if name in words
+    ]
     front, back = len(names) + 1, len(names) + 2
     height = float(np.sqrt(signed_areas(mesh.points, mesh.triangles).mean()))
     points = np.vstack([np.pad(mesh.points, ((0, 0), (0, 1)), constant_values=z) for z in (0.0, height)])
     kinds = [CELL_KINDS[cells.nodes.shape[1]] for cells in mesh.cells]
-    blocks = [GroupedCells("quad", np.hstack([mesh.facets, mesh.facets[:, ::-1] + n]), facet_ids(mesh))]
+    blocks = [GroupedCells("quad", np.hstack([mesh.facets, mesh.facets[:, ::-1] + n]), facet_numbers(mesh))]
     for number, move, turn in ((front, n, 1), (back, 0, -1)):
         blocks += [
             GroupedCells(kind, cells.nodes[:, ::turn] + move, np.full(len(cells.nodes), number))
             for kind, cells in zip(kinds, mesh.cells, strict=True)
         ]
+    zones = region_numbers(mesh)
     blocks += [
-        GroupedCells(SOLIDS[kind], np.hstack([cells.nodes, cells.nodes + n]), cell_ids(mesh, cells))
+        GroupedCells(SOLIDS[kind], np.hstack([cells.nodes, cells.nodes + n]), zones[cells.triangles[:, 0]])
         for kind, cells in zip(kinds, mesh.cells, strict=True)
     ]
     write_text(path, msh_text(points, blocks, [*groups, (FRONT, Group(front, 2)), (BACK, Group(back, 2))]))

@@ -20,10 +20,14 @@ from bubblemesh.meshfiles.groups import (
     Group,
     cell_ids,
     facet_ids,
+    facet_numbers,
+    free_ids,
     group_names,
     node_ids,
+    node_numbers,
     plain_words,
     region_ids,
+    region_numbers,
 )
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 
@@ -114,12 +118,13 @@ def write_words(mesh: Mesh, fields: Fields, path: Path) -> None:
 
 def write_boundary(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write triangles and boundary edges only: deal.II refuses inner edges, and does not use points."""
+    ids, entities = facet_ids(mesh)[mesh.outer], facet_numbers(mesh)[mesh.outer]
     blocks = [
-        GroupedCells("line", mesh.facets[mesh.outer], facet_ids(mesh)[mesh.outer]),
-        GroupedCells("triangle", mesh.triangles, region_ids(mesh)),
+        GroupedCells("line", mesh.facets[mesh.outer], ids, entities=entities),
+        GroupedCells("triangle", mesh.triangles, region_ids(mesh), entities=region_numbers(mesh)),
     ]
-    present = {int(number) for block in blocks for number in np.unique(block.ids)}
-    groups = [(name, group) for name, group in group_names(mesh).items() if group.id in present]
+    present = {Group(number, k) for k, block in enumerate(blocks, start=1) for number in np.unique(block.ids).tolist()}
+    groups = [(name, group) for name, group in group_names(mesh).items() if group in present]
     write_text(path, _plane_text(mesh, blocks, groups))
 
 
@@ -179,19 +184,21 @@ def _blocks(mesh: Mesh, *, halo: bool = False) -> list[GroupedCells]:
     if mesh.partition is not None:
         facets, triangles = cell_parts(mesh, mesh.partition)
         holders = ghost_holders(mesh.partition, mesh.cell_numbers) if halo else NO_HOLDERS
-    blocks = [GroupedCells(FACET_KINDS[mesh.facets.shape[1]], mesh.facets, facet_ids(mesh), facets)]
+    kind = FACET_KINDS[mesh.facets.shape[1]]
+    blocks = [GroupedCells(kind, mesh.facets, facet_ids(mesh), facets, entities=facet_numbers(mesh))]
     before = 0
     for cells in mesh.cells:
         count, width = cells.nodes.shape
         mine = {cell - before: others for cell, others in holders.items() if before <= cell < before + count}
         parts = None if triangles is None else triangles[cells.triangles[:, 0]]
-        blocks.append(GroupedCells(CELL_KINDS[width], cells.nodes, cell_ids(mesh, cells), parts, mine))
+        entities = region_numbers(mesh)[cells.triangles[:, 0]]
+        blocks.append(GroupedCells(CELL_KINDS[width], cells.nodes, cell_ids(mesh, cells), parts, mine, entities))
         before += count
     ids, ends = node_ids(mesh), ends_of_periodic_sides(mesh)
     nodes = np.append(mesh.labelled_nodes, ends)
     if len(nodes):
-        first = _id_of_ends(mesh)
-        groups, entities = np.append(ids, np.full(len(ends), first)), np.append(ids, first + np.arange(len(ends)))
+        groups = np.append(ids, np.full(len(ends), _id_of_ends(mesh)))
+        entities = np.append(node_numbers(mesh), len(group_names(mesh)) + numbered(len(ends)))
         parts = None if mesh.partition is None else mesh.partition.node_owner[nodes] + 1
         blocks.insert(0, GroupedCells("vertex", nodes[:, None], groups, parts, entities=entities))
     return blocks
@@ -209,7 +216,7 @@ def _groups(mesh: Mesh) -> dict[str, Group]:
 
 
 def _id_of_ends(mesh: Mesh) -> int:
-    return 1 + len(mesh.labels) + len(mesh.regions) + len(mesh.point_labels)
+    return free_ids(mesh, 1)[0]
 
 
 def ends_of_periodic_sides(mesh: Mesh) -> Integers:

@@ -14,10 +14,11 @@ from bubblemesh.meshfiles.groups import (
     CELL_KINDS,
     FACET_KINDS,
     Fields,
-    facet_ids,
+    facet_numbers,
     group_names,
+    ids_of_groups,
     node_ids,
-    region_ids,
+    region_numbers,
 )
 from bubblemesh.meshfiles.text import lines, numbered, write_text
 from bubblemesh.meshfiles.write.gmsh import (
@@ -115,13 +116,13 @@ def whole_layers(mesh: Mesh) -> list[Layer]:
 
     The entities of the first two have the numbers of their groups.
     """
-    found = []
-    for dimension, kind, cells, ids in (
-        (SURFACES, CELL_KINDS[mesh.triangles.shape[1]], mesh.triangles, region_ids(mesh)),
-        (CURVES, FACET_KINDS[mesh.facets.shape[1]], mesh.facets, facet_ids(mesh)),
+    found, ids = [], ids_of_groups(mesh).tolist()
+    for dimension, kind, cells, number in (
+        (SURFACES, CELL_KINDS[mesh.triangles.shape[1]], mesh.triangles, region_numbers(mesh)),
+        (CURVES, FACET_KINDS[mesh.facets.shape[1]], mesh.facets, facet_numbers(mesh)),
     ):
-        numbers, index = np.unique(ids, return_inverse=True)
-        found.append(Layer(kind, cells, tuple(Entity(dimension, k, k) for k in numbers.tolist()), index))
+        numbers, index = np.unique(number, return_inverse=True)
+        found.append(Layer(kind, cells, tuple(Entity(dimension, k, ids[k - 1]) for k in numbers.tolist()), index))
     points = tuple(Entity(POINTS, k, number) for k, number in enumerate(node_ids(mesh).tolist(), start=1))
     labelled = Layer("vertex", mesh.labelled_nodes[:, None], points, np.arange(len(points)))
     nodes = ends_of_periodic_sides(mesh)  # nodes only: cells would need a group, as others have one
@@ -142,7 +143,7 @@ def divided_layers(mesh: Mesh, partition: Partition, whole: Sequence[Layer]) -> 
     several = np.flatnonzero(np.diff(starts) > 1)
     parts_of = {k: tuple((part[starts[k] : starts[k + 1]] + 1).tolist()) for k in {*several, *alone}}
     region = np.zeros(len(mesh.points), np.int64)
-    region[mesh.triangles] = region_ids(mesh)[:, None]
+    region[mesh.triangles] = region_numbers(mesh)[:, None]
     sets = {parts_of[k]: k for k in several[::-1]}  # with the first node of each
     shared = tuple(
         Entity(CURVES, tag, None, (SURFACES, int(region[first])), parts)

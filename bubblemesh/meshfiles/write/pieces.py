@@ -66,6 +66,7 @@ def _slice_piece(mesh: SlicedMesh, border: Border, number: int, part: Slice) -> 
         mesh.frame.regions,
         np.concatenate([part.regions, border.mesh.triangle_regions[around]]),
         partition=partition,
+        ids=mesh.frame.ids,
     )
     return _piece(_numbered(vtk_grid(local, fields), nodes, cells), own, partition.halo(number), partition, number)
 

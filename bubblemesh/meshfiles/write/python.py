@@ -27,9 +27,9 @@ def write_skfem(mesh: Mesh, fields: Fields, path: Path) -> None:
     """
     import meshio
 
-    words, groups = skfem_names(mesh), group_names(mesh)
+    words, groups, regions, labels = skfem_names(mesh), group_names(mesh), region_ids(mesh), facet_ids(mesh)
     data = {
-        f"skfem:s:{words[name]}": [(region_ids(mesh) == group.id).astype(np.int64)]
+        f"skfem:s:{words[name]}": [(regions == group.id).astype(np.int64)]
         for name, group in groups.items()
         if group.dimension == 2
     }
@@ -39,7 +39,7 @@ def write_skfem(mesh: Mesh, fields: Fields, path: Path) -> None:
         side = SIDE_OF_RANKS[ranks[triangle, side] + ranks[triangle, (side + 1) % 3]]
     for name, group in groups.items():
         if group.dimension == 1:
-            mine = facet_ids(mesh) == group.id
+            mine = labels == group.id
             flags = np.zeros(len(mesh.triangles), np.int64)
             np.bitwise_or.at(flags, triangle[mine], 1 << side[mine])
             data[f"skfem:b:{words[name]}"] = [flags]

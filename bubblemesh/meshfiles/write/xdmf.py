@@ -17,7 +17,16 @@ from bubblemesh.arrays import Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.slices import Slice, SlicedMesh
-from bubblemesh.meshfiles.groups import NODE_OWNER, PARTITION, Fields, cell_ids, cell_values, facet_ids, group_names
+from bubblemesh.meshfiles.groups import (
+    NODE_OWNER,
+    PARTITION,
+    Fields,
+    cell_ids,
+    cell_values,
+    facet_ids,
+    group_names,
+    ids_of_groups,
+)
 from bubblemesh.process.limits import settle
 from bubblemesh.records import record
 
@@ -81,6 +90,7 @@ def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
     same_points, facets, ids = _columns(_beside(path), frame, _Topology.of_facets(frame.facets), labels)
     facets.put(0, frame.facets)
     ids.put(0, labels["label"])
+    of_regions = ids_of_groups(frame)[len(frame.labels) :]
     first_nodes, first_triangles = mesh.first_nodes.tolist(), mesh.first_triangles.tolist()
 
     def put(number: int, part: Slice) -> None:
@@ -88,7 +98,7 @@ def write_sliced_xdmf(mesh: SlicedMesh, path: Path) -> None:
         for column in (points, same_points):
             column.put(node, part.points)
         triangles.put(cell, part.triangles)
-        material.put(cell, part.regions + 1 + len(frame.labels))
+        material.put(cell, of_regions[part.regions])
         for name, column in zip(mesh.fields, fields, strict=True):
             column.put(cell, part.fields[name])
 
