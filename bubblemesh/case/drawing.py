@@ -1,7 +1,8 @@
 """Keys that mirror, scale, rotate, move and repeat whatever a case draws or takes from a file."""
 
-from collections.abc import Mapping
-from typing import Annotated, Literal
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -10,10 +11,12 @@ from pydantic import (
     Field,
     PlainValidator,
     Tag,
+    ValidationInfo,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
+from bubblemesh.arrays import Integers
 from bubblemesh.case.fields import (
     AS_GIVEN,
     MOST_COPIES,
@@ -24,12 +27,18 @@ from bubblemesh.case.fields import (
     Positive,
     Strict,
     as_expression,
+    described,
+    fault_of,
     list_of,
 )
+from bubblemesh.case.parameters import parts_by_braces
 from bubblemesh.errors import CaseError
+from bubblemesh.files import require_name
+from bubblemesh.records import record
 from bubblemesh.spacing.expression import Expression
 
 NUMBERS_OF_COPIES = ("i", "j")
+NAME = "name"  # stands for the name of what is repeated
 
 
 class TurnKeys(Strict):
@@ -56,7 +65,74 @@ Condition = Annotated[
 ]
 
 
-class GridKeys(Strict):
+@record
+class CopyName:
+    """The name of each copy: a text with expressions of its numbers i and j in braces; {name} is what is repeated."""
+
+    given: str
+    parts: tuple[str | Expression | None, ...]  # None stands for the name of what is repeated
+
+    @classmethod
+    def parse(cls, text: str, parameters: Mapping[str, float]) -> Self:
+        """The name that a text gives; CaseError if it holds something else in braces."""
+        known = parts_by_braces(text)
+        return cls(text, tuple(part if inner is None else _part(inner, parameters) for part, inner in known))
+
+    def of_copies(self, i: Integers, j: Integers) -> list[Callable[[str | None], str]]:
+        """For each copy, by its numbers (n,), the function that makes its name of that of what is repeated."""
+        columns = [
+            [f"{value:.12g}" for value in (part(i.astype(float), j.astype(float)) + 0.0 * i).tolist()]
+            if isinstance(part, Expression)
+            else [part] * len(i)
+            for part in self.parts
+        ]
+        return [partial(self._name, parts) for parts in zip(*columns, strict=True)]
+
+    def _name(self, parts: Sequence[str | None], name: str | None) -> str:
+        """Text of the parts with a name; CaseError if there is none, or the text can be none in mesh files."""
+        if name is None and None in parts:
+            raise CaseError(f"repeat.name: {self.given!r}: what is repeated has no name: give it a label")
+        return require_name("".join(part if part is not None else str(name) for part in parts), "repeat.name")
+
+
+def _part(inner: str, parameters: Mapping[str, float]) -> Expression | None:
+    """What stands in braces: an expression, or None for the name of what is repeated."""
+    if inner.strip() != NAME:
+        return _condition(inner, parameters)
+    if NAME in parameters:
+        raise CaseError(f"{NAME!r} is the name of what is repeated here, and a parameter too: rename the parameter")
+    return None
+
+
+def _copy_name(value: Any, info: ValidationInfo) -> CopyName:
+    if isinstance(value, CopyName):
+        return value
+    if not isinstance(value, str):
+        raise PydanticCustomError("name", "must be a text (found {found})", {"found": described(value)})
+    try:
+        return CopyName.parse(value, {} if info.context is None else info.context)
+    except CaseError as error:
+        raise fault_of(error, "text") from None
+
+
+class OutsideKeys(Strict):
+    """Key of what may lie outside of the domain."""
+
+    outside: Literal["error", "skip"] = Field(
+        default="error", description="What lies outside of the domain is an error, or left out by skip."
+    )
+
+
+class CopiesKeys(OutsideKeys):
+    """Keys of copies, however they are placed."""
+
+    name: Annotated[CopyName, PlainValidator(_copy_name, json_schema_input_type=str), AS_GIVEN] | None = Field(
+        default=None,
+        description="Name of each copy, by its numbers i and j, and by that of the original: slot-{i}, {name}-{i+1}.",
+    )
+
+
+class GridKeys(CopiesKeys):
     """Copies in columns and rows."""
 
     grid: Annotated[tuple[Copies, Copies], list_of(2, "the numbers [nx, ny] of columns and rows")] = Field(
@@ -76,7 +152,7 @@ class GridKeys(Strict):
         return self
 
 
-class AroundKeys(Strict):
+class AroundKeys(CopiesKeys):
     """Copies on a full turn around a point."""
 
     around: Point = Field(description="Point [x, y] that the copies lie around.")

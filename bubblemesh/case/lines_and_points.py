@@ -1,21 +1,13 @@
 """Lines and points embedded in the domain of a case file, drawn there or taken from other files."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from bubblemesh.case.drawing import DrawnKeys
+from bubblemesh.case.drawing import DrawnKeys, OutsideKeys
 from bubblemesh.case.fields import Choice, OneLabel, Point, Positive, Strict, Text
 from bubblemesh.case.geometry_files import FollowedKeys, SelectedFile
 from bubblemesh.case.shapes import PathLine
-
-
-class OutsideKeys(Strict):
-    """Key of what may lie outside of the domain."""
-
-    outside: Literal["error", "skip"] = Field(
-        default="error", description="What lies outside of the domain is an error, or left out by skip."
-    )
 
 
 class JoinedKeys(Strict):

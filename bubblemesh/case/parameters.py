@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
@@ -141,13 +141,8 @@ def filled_in(text: str, parameters: Parameters) -> str:
     A doubled brace stands for a plain one. CaseError if there is no such parameter.
     """
 
-    def value(match: re.Match[str]) -> str:
-        """Text in place of a parameter in braces, or of a doubled brace."""
-        name = match[1]
-        if match[0] in ("{{", "}}"):
-            return match[0][0]
-        if name is None:
-            raise CaseError("has a single brace: write {{ or }} for a brace, {name} for a parameter")
+    def value(name: str) -> str:
+        """Text in place of a parameter in braces."""
         key = normal(name.strip())
         if key in parameters.without_value:
             raise UnknownNameError(f"the parameter {key!r} has no value", key, follows=True)
@@ -158,7 +153,25 @@ def filled_in(text: str, parameters: Parameters) -> str:
             raise CaseError(f"{hint}; write {{{{ for a brace")
         return f"{parameters[key]:.12g}"
 
-    return BRACES.sub(value, text)
+    return "".join(part if inner is None else value(inner) for part, inner in parts_by_braces(text))
+
+
+def parts_by_braces(text: str) -> Iterator[tuple[str, str | None]]:
+    """Parts of a text: plain ones with None, and those in braces with what is within; a doubled brace is a plain one.
+
+    CaseError for a single brace.
+    """
+    end = 0
+    for found in BRACES.finditer(text):
+        yield text[end : found.start()], None
+        end = found.end()
+        if found[0] in ("{{", "}}"):
+            yield found[0][0], None
+        elif found[1] is None:
+            raise CaseError("has a single brace: write {{ or }} for a brace, {name} for a parameter")
+        else:
+            yield found[0], found[1]
+    yield text[end:], None
 
 
 def literal(text: str) -> str:

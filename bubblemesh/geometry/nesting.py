@@ -63,6 +63,18 @@ def with_holes(areas: Sequence[Area], holes: Sequence[Ring]) -> list[Area]:
     return [replace(area, holes=(*area.holes, *rings)) for area, rings in zip(areas, more, strict=True)]
 
 
+def without_outside_holes(areas: Sequence[Area], holes: Sequence[Area]) -> tuple[list[Area], int]:
+    """The holes that are needed or have something in common with areas, and the number of the others."""
+    optional = [number for number, hole in enumerate(holes) if hole.outer.optional]
+    if not optional:
+        return list(holes), 0
+    solid = shapes_of([Area(holes[number].outer) for number in optional])
+    hole, area = shapely.STRtree(shapes_of(areas)).query(solid, predicate="intersects")
+    inner = ~shapely.touches(solid[hole], shapes_of(areas)[area])
+    gone = {*optional} - {optional[number] for number in hole[inner].tolist()}
+    return [each for number, each in enumerate(holes) if number not in gone], len(gone)
+
+
 def smallest_around(inner: Shapes, around: Shapes) -> Integers:
     """Numbers (n,) of the smallest shapes around inner ones (n,), -1 for those that are not within any."""
     within, outer = enclosures(inner, around)

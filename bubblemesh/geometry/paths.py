@@ -186,6 +186,7 @@ class Ring:
     origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
     key: Key = field(default=Key(), compare=False)
     lost: tuple[str, ...] = ()  # labels that only sides without length had, which are merged
+    optional: bool = field(default=False, compare=False)  # whether it is left out where it lies outside of the domain
 
     @cached_property
     def outline(self) -> Floats:
@@ -213,6 +214,14 @@ class Ring:
     def renamed(self, old: str, new: str) -> "Ring":
         """The ring with the sides that are called ``old`` called ``new``."""
         return replace(self, sides=tuple(s._replace(label=new) if s.label == old else s for s in self.sides))
+
+    def relabelled(self, name: Callable[[str | None], str]) -> "Ring":
+        """The ring with the labels of its sides replaced by what the function makes of them."""
+        return replace(self, sides=tuple(side._replace(label=name(side.label)) for side in self.sides))
+
+    def as_optional(self) -> "Ring":
+        """The ring, which may lie outside of the domain."""
+        return replace(self, optional=True)
 
     def moved(self, by: Similarity) -> "Ring":
         """The ring where a similarity takes it, its labels with their sides."""
@@ -260,6 +269,18 @@ class Area:
         """The area with its rings replaced by what the function makes of them."""
         return replace(self, outer=function(self.outer), holes=tuple(map(function, self.holes)))
 
+    def relabelled(self, name: Callable[[str | None], str]) -> "Area":
+        """The area with the labels of its rings replaced by what the function makes of them."""
+        return self.mapped(lambda ring: ring.relabelled(name))
+
+    def as_optional(self) -> "Area":
+        """The area, which may lie outside of the domain."""
+        return self.mapped(lambda ring: ring.as_optional())
+
+    def noted(self, note: str) -> "Area":
+        """The area with one more note on what was changed on reading."""
+        return replace(self, outer=replace(self.outer, notes=(*self.outer.notes, note)))
+
     def about(self, key: Key) -> "Area":
         """The area with the key of the case that gives its rings."""
         return self.mapped(lambda ring: replace(ring, key=key))
@@ -302,6 +323,15 @@ class OpenPath:
             return self
         return replace(self, sides=tuple(side._replace(label=label) for side in self.sides), label=label)
 
+    def relabelled(self, name: Callable[[str | None], str]) -> "OpenPath":
+        """The line with its labels replaced by what the function makes of them."""
+        sides = (side if side.label is None else side._replace(label=name(side.label)) for side in self.sides)
+        return replace(self, sides=tuple(sides), label=name(self.label or None))
+
+    def as_optional(self) -> "OpenPath":
+        """The line, which may lie outside of the domain."""
+        return replace(self, optional=True)
+
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
         """The sides of a ring."""
@@ -321,6 +351,14 @@ class InnerPoint:
     def moved(self, by: Similarity) -> "InnerPoint":
         """The point where a similarity takes it."""
         return replace(self, at=by.point(self.at))
+
+    def relabelled(self, name: Callable[[str | None], str]) -> "InnerPoint":
+        """The point with its label replaced by what the function makes of it."""
+        return replace(self, label=name(self.label or None))
+
+    def as_optional(self) -> "InnerPoint":
+        """The point, which may lie outside of the domain."""
+        return replace(self, optional=True)
 
 
 def _moved(sides: Sequence[Side], by: Similarity) -> tuple[Side, ...]:

@@ -18,15 +18,15 @@ from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.following import Following, followed_together
 from bubblemesh.geometry.geography import given_places, given_plane, has_new_contacts, projecting
-from bubblemesh.geometry.nesting import with_holes
+from bubblemesh.geometry.nesting import with_holes, without_outside_holes
 from bubblemesh.geometry.paths import Area, Ring
-from bubblemesh.messages import coarsened_by, ring_name, tell_places_by, tell_places_of
+from bubblemesh.messages import coarsened_by, counted, ring_name, tell_places_by, tell_places_of
 from bubblemesh.problem.crs import projecting_of, require_one_unit_in_box, sizes_in_metres
-from bubblemesh.problem.drawing import drawn
+from bubblemesh.problem.drawing import Name, drawn
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.lines_and_points import lines_of, points_of
 from bubblemesh.problem.repair import repair_of, with_repair
-from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_areas_of, selection_of
+from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_areas_of, require_needed, selection_of
 from bubblemesh.readers.systems import one_system
 
 if TYPE_CHECKING:
@@ -155,7 +155,9 @@ def _areas_of_rings(keys: RingDomain) -> list[Area]:
     """The areas within outer rings and outside of holes, repaired if the keys say so."""
     repair = repair_of(keys)
     areas = list(_outer_areas(keys))
-    holes = list(_holes(keys))
+    holes, left_out = without_outside_holes(areas, list(_holes(keys)))
+    if left_out:
+        areas[0] = areas[0].noted(f"{counted(left_out, 'hole')} left out, outside of the domain")
     rings = [hole.outer for hole in holes]
     islands = [Area(ring) for hole in holes for ring in hole.holes]  # what lies in a hole of a hole is meshed again
     if not repair.mend:
@@ -170,6 +172,7 @@ def _outer_areas(keys: RingDomain) -> Iterator[Area]:
         key = Key((*DOMAIN, "outer", number) if several else (*DOMAIN, "outer"))
         with prefixed(f"outer ring {number + 1}" if several else ring_name(0)), about(key):
             found = outer_areas_of(ring)
+            require_needed(found)
         yield from (area.about(key) for area in found)
 
 
@@ -196,7 +199,9 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
         Area(area.outer.labelled(keys.label), tuple(hole.labelled(keys.hole_label) for hole in area.holes))
         for area in readers.read_areas(Path(keys.file), selection_of(keys))
     ]
-    return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
+    areas = [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
+    require_needed(areas)
+    return areas
 
 
 def _inner_parts(keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
@@ -224,9 +229,10 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
                     if (other := seen.setdefault(str(area.name), number)) != number:
                         raise _named_twice(area, model, is_rest=other == REST)
         else:
-            seen.setdefault(model.name, number)
             with prefixed(f"region {model.name!r}"), about(key):
-                found = [replace(area, name=model.name) for area in drawn(areas_of(model.ring), model)]
+                areas = [replace(area, name=model.name) for area in areas_of(model.ring)]
+                found = drawn(areas, model, _renamed)
+            seen |= dict.fromkeys((str(area.name) for area in found), number)
         label = model.label if isinstance(model, RegionFile) else getattr(model.ring, "label", None)
         yield from (_region(area, str(area.name), number, label) for area in found)
 
@@ -254,7 +260,12 @@ def _regions_of_file(keys: RegionFile) -> list[Area]:
     labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in found]
     if keys.corners is not None:
         labelled = followed_together(labelled, Following(keys.corners, keys.smooth, keys.tolerance))
-    return drawn(labelled, keys)
+    return drawn(labelled, keys, _renamed)
+
+
+def _renamed(area: Area, name: Name) -> Area:
+    """The area of a region with another name, and the labels that it has."""
+    return replace(area, name=name(area.name))
 
 
 def _covering(keys: RegionDomain) -> tuple[list[Area], InnerParts]:

@@ -36,7 +36,7 @@ def lines_of(keys: InnerKeys, rings: Sequence[Ring]) -> list[OpenPath]:
             found = drawn(_lines(line), line)
         for path in found:
             label = path.label or f"line-{len(lines) + 1}"
-            lines.append(replace(path, label=label, key=key, optional=line.outside == "skip"))
+            lines.append(replace(path, label=label, key=key, optional=path.optional or line.outside == "skip"))
             models.append(line)
     if isinstance(keys, FileDomain):
         for path in drawn(readers.read_inner_lines(Path(keys.file), named_in_file(keys)), keys):
@@ -96,7 +96,7 @@ def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
             notes += more
             for copy in drawn(found, point):
                 label = copy.label or f"point-{len(made) + 1}"
-                made.append(replace(copy, label=label, key=key, optional=point.outside == "skip"))
+                made.append(replace(copy, label=label, key=key, optional=copy.optional or point.outside == "skip"))
     return made, tuple(notes)
 
 

@@ -102,12 +102,21 @@ def _finished(areas: Sequence[Area], keys: FileRing | PolygonRing | OverlaidKeys
     return [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
 
 
+def require_needed(areas: Sequence[Area]) -> None:
+    """Check that areas are no copies that may be left out; else it is a CaseError."""
+    if any(area.outer.optional for area in areas):
+        raise CaseError(
+            "repeat: outside: skip is for holes, regions, lines and points, which lie in the domain: leave it out here"
+        )
+
+
 def _overlaid(rule: Rule, operands: Sequence[RingKeys]) -> list[Area]:
     """Areas that other rings give by a rule; GeometryError with what they are if there is none."""
     areas = []
     for number, operand in enumerate(operands, start=1):
         with prefixed(f"{rule}, ring {number}"):
             areas.append(_operand(operand))
+            require_needed(areas[-1])
     found = overlaid(rule, areas)
     if not found:
         advice = "they do not overlap" if rule == "intersection" else "the others cover all of the first"

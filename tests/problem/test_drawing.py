@@ -134,6 +134,145 @@ def test_a_parameter_with_the_name_of_a_copys_number_is_told():
         )
 
 
+CIRCLE = "circle: {center: [1, 1], radius: 0.3}"
+
+
+@pytest.mark.parametrize(
+    ("label", "repeat", "labels"),
+    [
+        (
+            "label: pad, ",
+            'grid: [2, 2], step: [3, 4], name: "pad-{i}-{j}"',
+            ["pad-0-0", "pad-0-1", "pad-1-0", "pad-1-1"],
+        ),
+        ("label: pad, ", 'grid: [3, 1], step: [3, 0], where: i != 1, name: "{name} {i + 1}"', ["pad 1", "pad 3"]),
+        ("", 'around: [4, 4], times: 2, name: "slot-{n*i}{{x}}"', ["slot-0{x}", "slot-20{x}"]),
+        ("label: pad, ", 'grid: [2, 1], step: [3, 0], name: "{name}"', ["pad"]),
+        ("label: pad, ", 'grid: [1, 1], step: [0, 0], name: "only-{i}"', ["only-0"]),
+    ],
+)
+def test_copies_may_have_names_of_their_own(label, repeat, labels):
+    hole = f"{{{CIRCLE}, {label}repeat: {{{repeat}}}}}"
+    domain = domain_of(f"parameters: {{n: 20}}\ndomain: {{outer: {BOARD}, holes: [{hole}]}}")
+    assert list(domain.labels) == ["edge", *labels]
+
+
+def test_each_label_of_a_copys_sides_is_in_its_name():
+    square = "rectangle: [1, 1, 2, 2], labels: [b, r, t, l]"
+    repeat = '{grid: [2, 1], step: [4, 0], name: "{name}{i}"}'
+    domain = domain_of(f"domain: {{outer: {BOARD}, holes: [{{{square}, repeat: {repeat}}}]}}")
+    assert set(domain.labels) == {"edge", *(f"{side}{k}" for side in "brtl" for k in (0, 1))}
+
+
+def test_regions_lines_and_points_have_names_of_their_own_as_well():
+    domain = domain_of(f"""
+domain:
+  outer: {BOARD}
+  regions:
+    - {{name: slot, ring: {{{CIRCLE}, label: rim}}, repeat: {{grid: [2, 1], step: [2, 0], name: "{{name}}-{{i}}"}}}}
+    - {{name: bar, ring: {{rectangle: [1, 4, 2, 5], repeat: {{grid: [1, 2], step: [0, 2], name: "side-{{j}}"}}}}}}
+  lines: [{{path: [[8, 1], [9, 1]], label: wire, repeat: {{grid: [1, 2], step: [0, 2], name: "{{name}}-{{j}}"}}}}]
+  points: [{{at: [11, 1], repeat: {{grid: [1, 2], step: [0, 2], name: "probe {{j}}"}}}}]
+""")
+    assert [region.name for region in domain.parts.regions] == ["slot-0", "slot-1", "bar", "bar"]
+    assert domain.labels == ("edge", "wire-0", "wire-1", "rim", "side-0", "side-1", "probe 0", "probe 1")
+
+
+@pytest.mark.parametrize(
+    ("repeat", "message"),
+    [
+        ('name: "slot-{k}"', "repeat.name: column 1: unknown name 'k'"),
+        ('name: "slot-{i"', "repeat.name: has a single brace"),
+        ("name: 7", "repeat.name: must be a text (found 7)"),
+        ('name: "{name}-{i}"', "repeat.name: '{name}-{i}': what is repeated has no name: give it a label"),
+        ("name: 'a\"{i}'", "repeat.name: 'a\"0' is no name"),
+        ('name: ""', "repeat.name: '' is no name"),
+        ("outside: clip", "repeat.outside: must be 'error' or 'skip'"),
+    ],
+)
+def test_wrong_names_of_copies_are_told(repeat, message):
+    with pytest.raises(BubblemeshError, match=re.escape(message)):
+        holes_of(f"{{{CIRCLE}, repeat: {{around: [4, 4], times: 2, {repeat}}}}}")
+
+
+def test_a_parameter_called_name_is_told():
+    hole = f'{{{CIRCLE}, label: pad, repeat: {{around: [4, 4], times: 2, name: "{{name}}-{{i}}"}}}}'
+    with pytest.raises(BubblemeshError, match="'name' is the name of what is repeated here, and a parameter too"):
+        holes_of(hole, "parameters: {name: 2}")
+    assert len(holes_of(hole.replace("{name}", "pad"), "parameters: {name: 2}")) == 2
+
+
+def test_a_case_with_names_of_copies_is_written_as_it_was_given():
+    hole = f'{{{CIRCLE}, label: pad, repeat: {{around: [4, 4], times: 2, name: "{{name}}-{{i}}"}}}}'
+    case = load_case("a.yaml", text=f"spacing: 0.5\ndomain: {{outer: {BOARD}, holes: [{hole}]}}")
+    assert case.model_dump(mode="json")["domain"]["holes"][0]["repeat"]["name"] == "{name}-{i}"
+
+
+class TestOutside:
+    def test_copies_of_holes_and_regions_that_do_not_meet_the_domain_are_left_out(self):
+        domain = domain_of(f"""
+domain:
+  outer: {BOARD}
+  holes:
+    - {{{CIRCLE}, label: pad, repeat: {{grid: [8, 2], step: [2, 5], name: "pad-{{i}}-{{j}}", outside: skip}}}}
+  regions:
+    - name: slot
+      ring: {{rectangle: [2.5, 2.5, 3.5, 3.5]}}
+      repeat: {{grid: [4, 3], step: [3.2, 2], name: "slot-{{i}}-{{j}}", outside: skip}}
+  lines: [{{path: [[1, 4], [2, 4]], repeat: {{grid: [3, 1], step: [5, 0], outside: skip}}}}]
+  points: [{{at: [11.5, 4], repeat: {{grid: [2, 1], step: [5, 0], outside: skip}}}}]
+""")
+        assert len(domain.polygon.interiors) == 12
+        assert [label for label in domain.labels if "pad" in label] == [
+            f"pad-{i}-{j}" for i in range(6) for j in (0, 1)
+        ]
+        names = [region.name for region in domain.parts.regions]
+        assert names == [f"slot-{i}-{j}" for i in range(3) for j in range(3)]
+        assert (len(domain.parts.lines), len(domain.parts.points)) == (3, 1)
+        left_out = [note for note in domain.notes if "left out" in note]
+        assert left_out[0] == "4 holes left out, outside of the domain"
+        assert any(note.startswith("1 point left out") for note in domain.parts.notes)
+
+    def test_a_copy_that_only_touches_the_domain_is_outside_and_one_in_a_hole_too(self):
+        square = "ring: {rectangle: [10, 1, 12, 3]}"
+        domain = domain_of(f"""
+domain:
+  outer: {BOARD}
+  holes: [{{rectangle: [4, 1, 8, 3]}}]
+  regions:
+    - {{name: slot, {square}, repeat: {{grid: [2, 1], step: [2, 0], outside: skip}}}}
+    - name: plug
+      ring: {{circle: {{center: [5, 2], radius: 0.5}}}}
+      repeat: {{grid: [1, 2], step: [0, 4], outside: skip}}
+""")
+        assert [region.name for region in domain.parts.regions] == ["slot", "plug"]
+        assert domain.parts.notes == ("2 regions left out, outside of the domain: 'slot', 'plug'",)
+
+    def test_a_copy_across_the_boundary_is_told_as_before(self):
+        with pytest.raises(BubblemeshError, match="hole 2 crosses the outer ring at"):
+            holes_of(f"{{{CIRCLE}, repeat: {{grid: [2, 1], step: [11, 0], outside: skip}}}}")
+
+    def test_copies_of_files_that_are_followed_are_left_out_too(self, tmp_path):
+        angle = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+        np.savetxt(tmp_path / "disc.csv", np.column_stack([3 + np.cos(angle), 3 + np.sin(angle)]), delimiter=",")
+        hole = "{file: disc.csv, corners: 30, repeat: {grid: [4, 1], step: [3, 0], outside: skip, where: i != 3}}"
+        far = hole.replace("[3, 0]", "[20, 0]")
+        assert len(domain_of(f"domain: {{outer: {BOARD}, holes: [{hole}]}}", tmp_path).polygon.interiors) == 3
+        assert len(domain_of(f"domain: {{outer: {BOARD}, holes: [{far}]}}", tmp_path).polygon.interiors) == 1
+
+    @pytest.mark.parametrize(
+        "domain",
+        [
+            "{outer: {rectangle: [0, 0, 1, 1], repeat: {grid: [2, 1], step: [3, 0], outside: skip}}}",
+            "{outer: {minus: [{rectangle: [0, 0, 9, 9]}, "
+            "{rectangle: [1, 1, 2, 2], repeat: {grid: [2, 1], step: [9, 0], outside: skip}}]}}",
+        ],
+    )
+    def test_rings_around_a_domain_may_not_be_left_out(self, domain):
+        with pytest.raises(BubblemeshError, match="outside: skip is for holes, regions, lines and points"):
+            domain_of(f"domain: {domain}")
+
+
 class TestOverlaid:
     PLATE = "{rectangle: [0, 0, 4, 2], label: plate}"
     TOOL = "{circle: {center: [4, 1], radius: 0.5}, label: tool}"

@@ -1,4 +1,4 @@
-"""Embedded lines and points outside of the domain: left out if the case says so, else an error."""
+"""Regions, embedded lines and points outside of the domain: left out if the case says so, else an error."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,7 +12,7 @@ from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
-from bubblemesh.messages import counted, place
+from bubblemesh.messages import counted, listed, place
 
 MOST_NAMED = 5
 
@@ -20,11 +20,12 @@ MOST_NAMED = 5
 def without_outside(
     parts: InnerParts, polygon: shapely.Polygon | shapely.MultiPolygon, signed_distance: Callable[[Floats], Floats]
 ) -> InnerParts:
-    """The parts without the optional lines and points outside of a domain, which are listed in the notes.
+    """The parts without the optional regions, lines and points outside of a domain, which are listed in the notes.
 
     ``signed_distance`` is that of points (m, 2) from its boundary, positive inside. GeometryError if other points are
     outside, with their number and the first of them.
     """
+    parts = _without_regions(parts, polygon)
     if not any(thing.optional for thing in parts.lines) and not parts.points:
         return parts
     x0, y0, x1, y1 = polygon.bounds
@@ -43,6 +44,19 @@ def without_outside(
         points=tuple(point for point in parts.points if id(point) not in gone),
         remarks=(*parts.remarks, *notes),
     )
+
+
+def _without_regions(parts: InnerParts, polygon: shapely.Polygon | shapely.MultiPolygon) -> InnerParts:
+    """The parts without the optional regions that have nothing but their rim in common with a domain."""
+    optional = [region for region in parts.regions if region.area.outer.optional]
+    gone = [region for region in optional if not polygon.intersects(region.core)]
+    if not gone:
+        return parts
+    names = listed([*dict.fromkeys(repr(region.name) for region in gone)], MOST_NAMED)
+    note = f"{counted(len(gone), 'region')} left out, outside of the domain: {names}"
+    left = set(map(id, gone))
+    kept = tuple(region for region in parts.regions if id(region) not in left)
+    return replace(parts, regions=kept, remarks=(*parts.remarks, note))
 
 
 def _require_none(points: Sequence[InnerPoint]) -> None:
