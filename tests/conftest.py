@@ -1,5 +1,6 @@
 """What all tests share: what needs a browser is marked so, and Gmsh's own reader."""
 
+import gc
 import signal
 from functools import cache
 
@@ -10,6 +11,7 @@ from hypothesis import settings
 from typer.main import get_command
 
 from bubblemesh.messages import own_places
+from bubblemesh.process.resources import seldom_look_for_garbage
 
 # A busy machine fails no test by its time, and all runs try the same examples.
 settings.register_profile("steady", deadline=None, derandomize=True)
@@ -17,6 +19,15 @@ settings.load_profile("steady")
 
 # Typer's runner puts all commands together anew for each one that a test calls, which takes longer than many of them.
 typer.testing._get_command = cache(get_command)
+
+# Python would look for garbage again and again in all that is collected, which takes a third of the time of that.
+gc.disable()
+
+
+def pytest_collection_finish():
+    """Look for garbage from now on as the program does: seldom, and not among all that is there already."""
+    seldom_look_for_garbage()
+    gc.enable()
 
 
 def pytest_collection_modifyitems(items):

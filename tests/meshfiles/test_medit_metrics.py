@@ -44,6 +44,7 @@ def test_without_a_metric_or_without_medits_format_there_is_no_such_file(here):
     assert "second.sol" not in ran(here, "second", ("msh",), metric=FRONT)["files"]
 
 
+@pytest.mark.long
 def test_adapt_writes_the_metric_of_the_solution(here):
     ran(here, formats=["vtu"])
     mesh = mesh_case(load_case(here / "first.yaml")).mesh

@@ -319,7 +319,7 @@ app()
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")
 def test_a_run_whose_slices_do_not_fit_on_the_disk_ends_with_an_error_and_no_file(tmp_path):
-    (tmp_path / "case.yaml").write_text("name: disc" + DISC.replace("0.03", "0.05"), encoding="utf-8")
+    (tmp_path / "case.yaml").write_text("name: disc" + DISC.replace("0.03", "0.08"), encoding="utf-8")
     options = ["--format", "xdmf", "--jobs", "1", "-o", str(tmp_path / "out")]
     command = [sys.executable, "-B", "-c", LIMITED_RUN, "run", str(tmp_path / "case.yaml"), *options]
     run = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -8,6 +8,7 @@ import pytest
 from commands import command
 from metrics import FRONT, metric_case
 from squares import fields_of, holed_square
+from sweeps import sweep
 
 from bubblemesh import load_case, mesh_case
 from bubblemesh.meshes.quality import Measures
@@ -75,11 +76,13 @@ def test_a_mesh_without_a_metric_has_its_spacing_or_its_sizes(tmp_path):
         np.testing.assert_array_equal(found, np.repeat(expected[:, None], 3, axis=1))
 
 
-@pytest.mark.parametrize("extra", [{}, {"metric": {"angle": 0, "across": 20_000}}], ids=["spacing", "metric"])
+METRIC = {"metric": {"angle": 0, "across": 20_000}}
+FILE, STREAM, FOLDER = ["-o", "a.pos"], ["--format", "pos", "-o", "-"], ["--format", "msh", "--format", "pos"]
+
+
 @pytest.mark.parametrize(
-    "place",
-    [["-o", "a.pos"], ["--format", "pos", "-o", "-"], ["--format", "msh", "--format", "pos"]],
-    ids=["file", "stream", "folder"],
+    ("place", "extra"),
+    sweep([(FILE, {}), (FILE, METRIC), (STREAM, METRIC), (STREAM, {}), (FOLDER, {}), (FOLDER, METRIC)], quick=3),
 )
 def test_sizes_are_not_written_in_other_coordinates_than_those_of_the_plane(place, extra, tmp_path, monkeypatch):
     pytest.importorskip("pyproj")

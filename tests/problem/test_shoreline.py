@@ -292,6 +292,7 @@ def test_channels_end_where_they_are_narrower_than_so_many_of_the_spacings_there
     assert (len(set(problem.domain.boundary.area_of_ring)) == 2) == bool(len(narrow))
 
 
+@pytest.mark.long
 def test_long_shores_are_closed_as_discs_say():
     t = np.linspace(0, 2 * np.pi, 5000, endpoint=False)
     inlets = np.clip((np.cos(12 * t) - 0.95) / 0.02, 0, 1)

@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 from paths import ROOT
+from sweeps import sweep
 
 from bubblemesh.case import Case, load_case
 from bubblemesh.problem.prepare import prepare
@@ -31,7 +32,9 @@ KEYS = {
 }
 
 
-@pytest.mark.parametrize("path", sorted(ROOT.glob("configs/gallery/*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sweep(sorted(ROOT.glob("configs/gallery/*.yaml")), quick=4), ids=lambda path: path.stem
+)
 def test_what_packs_a_part_of_a_mesh_travels(path):
     require_same_elsewhere(prepare(load_case(path)))
 
