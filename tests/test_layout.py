@@ -1,17 +1,16 @@
 """Who imports whom: data flows one way, and each library has one place."""
 
-import ast
 import re
 import subprocess
 import sys
 from functools import cache
 from graphlib import TopologicalSorter
-from typing import NamedTuple
 
 import pytest
 from paths import ROOT
+from sources import MODULES, PACKAGE, found_in
+from sweeps import sweep
 
-PACKAGE = ROOT / "bubblemesh"
 FOUNDATION = {"arrays", "errors", "files", "messages", "process", "records"}
 MAY_IMPORT = {
     "arrays": set(),
@@ -112,39 +111,12 @@ LIBRARIES = {
     "filelock": {"batch"},
 }
 MOST_LOOSE_MODULES = 7
-MODULES = sorted(path for path in PACKAGE.rglob("*.py"))
 
 
 def room(path):
     """Part of the package that a module belongs to."""
     first = path.relative_to(PACKAGE).parts[0]
     return first.removesuffix(".py")
-
-
-class Found(NamedTuple):
-    """What a module imports, by dotted names, calls by plain names, and defines as classes."""
-
-    imports: list[str]
-    calls: set[str]
-    classes: list[str]
-
-
-@cache
-def found_in(path):
-    """What is found in a module, which is parsed once for all tests."""
-    found = Found([], set(), [])
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            found.imports.extend(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
-            rooms = [f"bubblemesh.{alias.name}" for alias in node.names]
-            found.imports.extend(rooms if node.module == "bubblemesh" else [node.module])
-        elif isinstance(node, ast.Call):
-            found.calls.add(getattr(node.func, "id", ""))
-        elif isinstance(node, ast.ClassDef):
-            found.classes.append(node.name)
-    return found
 
 
 def test_imports_go_downwards_in_the_table_of_the_page():
@@ -234,11 +206,11 @@ def test_no_test_imports_another_one():
         assert not re.findall(r"^ *(?:from|import) test_\w+", path.read_text(), flags=re.MULTILINE), path
 
 
-@pytest.mark.parametrize(
-    "outer",
-    ["{rectangle: [0, 0, 1, 1]}", "{path: [[0, 0], [1, 0], {spline: {through: [[1, 1], [0.5, 0.8], [0, 0]]}}]}"],
-    ids=["straight", "spline"],
-)
+STRAIGHT = "{rectangle: [0, 0, 1, 1]}"
+SPLINE = "{path: [[0, 0], [1, 0], {spline: {through: [[1, 1], [0.5, 0.8], [0, 0]]}}]}"
+
+
+@pytest.mark.parametrize("outer", sweep([SPLINE, STRAIGHT], quick=1), ids=["spline", "straight"])
 def test_a_plain_case_does_not_wait_for_libraries_that_it_does_not_need(tmp_path, outer):
     code = (
         "import sys\n"

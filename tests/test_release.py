@@ -1,6 +1,5 @@
 """What a release is made of agrees: metadata, extras, recipe, workflow, changelog, and the contents of archives."""
 
-import ast
 import re
 import sys
 import tomllib
@@ -8,6 +7,7 @@ import tomllib
 import pytest
 import yaml
 from paths import ROOT
+from sources import MODULES, found_in
 
 import bubblemesh
 from benchmarks import release
@@ -58,13 +58,7 @@ def test_each_requirement_has_a_lowest_version():
 
 
 def test_dependencies_are_what_the_package_imports():
-    imported = set()
-    for path in (ROOT / "bubblemesh").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                imported |= {alias.name.partition(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom):
-                imported.add(node.module.partition(".")[0])
+    imported = {name.partition(".")[0] for path in MODULES for name in found_in(path).imports}
     imported = {PACKAGES.get(name, BROUGHT.get(name, name)) for name in imported - sys.stdlib_module_names}
     optional = {parts(requirement)[0] for extra in FOR_USERS for requirement in EXTRAS[extra]}
     assert imported - optional - {"bubblemesh"} == set(bounds(METADATA["dependencies"]))

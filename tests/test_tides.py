@@ -79,6 +79,7 @@ def test_a_long_wave_runs_as_fast_as_it_should(channel):
     assert 0.75 < share < 1
 
 
+@pytest.mark.long
 def test_the_cases_are_drawn_and_can_be_checked(tmp_path):
     for seed, text in CASES.values():
         draw(tmp_path, seed, islands=10, points=400)

@@ -225,6 +225,7 @@ class TestTools:
         assert run.figures.nodes == pytest.approx(problem.survey.ideal_nodes, rel=0.2)
         assert 0 < run.seconds < 10
 
+    @pytest.mark.long
     def test_a_run_that_fails_says_why_and_is_not_repeated(self):
         told = []
         (problem,) = problems(["dense"], 1e5).values()

@@ -424,7 +424,7 @@ def random_case(seed):
     return metric_case(metric, outer, spacing=along, limits={"max_nodes": 40_000}, packing={"effort": "fast"})
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", range(1))
 def test_random_metrics_on_random_domains_invert_no_triangle(seed):
     result = mesh_case(random_case(seed))
     check_mesh(result.mesh)
@@ -432,6 +432,6 @@ def test_random_metrics_on_random_domains_invert_no_triangle(seed):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(2, 312))
+@pytest.mark.parametrize("seed", range(1, 312))
 def test_many_random_metrics_on_random_domains_invert_no_triangle(seed):
     check_mesh(mesh_case(random_case(seed)).mesh)

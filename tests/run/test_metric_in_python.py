@@ -29,17 +29,18 @@ def result(tmp_path_factory):
     return mesh_case(loaded(tmp_path_factory.mktemp("case")))
 
 
-@pytest.mark.parametrize("end", ["vtu", "mesh", "pos", "msh"])
 @pytest.mark.parametrize("metric", [FRONT, None])
-def test_a_mesh_writes_what_the_command_writes(tmp_path, end, metric):
-    mesh = mesh_case(loaded(tmp_path, metric)).mesh
-    code, _, told = command("run", tmp_path / "m.yaml", "-q", "-o", tmp_path / "there" / f"a.{end}")
+def test_a_mesh_writes_what_the_command_writes(tmp_path, metric):
+    mesh, ends = mesh_case(loaded(tmp_path, metric)).mesh, ("vtu", "mesh", "pos", "msh")
+    formats = [word for end in ends for word in ("--format", end)]
+    code, _, told = command("run", tmp_path / "m.yaml", "-q", "-o", tmp_path / "there", *formats)
     assert code == 0, told
-    files = mesh.write(tmp_path / "here" / f"a.{end}")
-    assert files == [f"a.{end}"] + (["a.sol"] if end == "mesh" and metric else [])
-    assert sorted(files) == sorted(path.name for path in (tmp_path / "here").iterdir())
-    for name in files:
-        assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
+    for end in ends:
+        files = mesh.write(tmp_path / end / f"m.{end}")
+        assert files == [f"m.{end}"] + (["m.sol"] if end == "mesh" and metric else [])
+        assert sorted(files) == sorted(path.name for path in (tmp_path / end).iterdir())
+        for name in files:
+            assert (tmp_path / end / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
 
 
 def test_the_quality_is_that_in_the_metric(result):

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from commands import command
+from sweeps import sweep
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, FileError, GeometryError, Key, LimitError, RequirementError, prefixed
@@ -99,6 +100,7 @@ def test_a_job_that_is_recalled_is_given_out_again():
     assert dict(called(Leaving(), pow, [Job("", (3, 2)), Job("", (4, 2))], print)) == {0: 9, 1: 16}
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
 def test_a_job_that_takes_each_worker_with_it_is_an_error_that_says_so(workers):
     with pytest.raises(LimitError, match=f"the part around here: its worker process was killed.*in each of {ATTEMPTS}"):
@@ -168,7 +170,7 @@ def test_workers_load_only_what_packing_needs(tmp_path):
     }
 
 
-@pytest.mark.parametrize("more", ["", "metric: {angle: 0.5, across: 0.05}\n"])
+@pytest.mark.parametrize("more", sweep(["", "metric: {angle: 0.5, across: 0.05}\n"], quick=1))
 def test_a_run_in_parts_is_the_same_with_any_number_of_workers(tmp_path, monkeypatch, more):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "plate.yaml").write_text(CASE + more)
