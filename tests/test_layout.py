@@ -1,5 +1,6 @@
 """Who imports whom: data flows one way, and each library has one place."""
 
+import json
 import re
 import subprocess
 import sys
@@ -230,44 +231,49 @@ def test_a_plain_case_does_not_wait_for_libraries_that_it_does_not_need(tmp_path
 
 
 CHECKED = """
-import os, sys
+import json, os, sys
 from bubblemesh.__main__ import main
 sys.argv = ["bubblemesh", "check", "case.yaml", "-q"]
 try:
     main()
 except SystemExit as end:
     assert not end.code
+told = {"modules": list(sys.modules)}
+if os.path.exists("/proc/self/task"):
+    told["threads"] = len(os.listdir("/proc/self/task"))
+from bubblemesh.case.fields import Strict
+kinds = [Strict]
+for kind in kinds:
+    kinds += kind.__subclasses__()
+told["validators"] = [kind.__name__ for kind in kinds if kind.__pydantic_complete__]
+print(json.dumps(told))
 """
 
 
-def after_check(folder, code):
-    """What code prints that runs after a check of a small case, in the same process."""
+@pytest.fixture(scope="module")
+def checked(tmp_path_factory):
+    """What a process has after a check of a small case: modules, threads, and kinds of keys with validators."""
+    folder = tmp_path_factory.mktemp("check")
     hole = "{circle: {center: [0.5, 0.5], radius: 0.2}}"
     (folder / "case.yaml").write_text(f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}, holes: [{hole}]}}\nspacing: 0.1")
-    command = [sys.executable, "-c", CHECKED + code]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout.split()
+    command = [sys.executable, "-c", CHECKED]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout.splitlines()[-1])
 
 
-def test_a_check_does_not_wait_for_what_it_does_not_need(tmp_path):
-    loaded = set(after_check(tmp_path, "print(*sys.modules)"))
+def test_a_check_does_not_wait_for_what_it_does_not_need(checked):
+    loaded = set(checked["modules"])
     assert "numpy" in loaded
     assert not loaded & {"scipy", "numpy.ma", "numpy.polynomial", "xml.etree.ElementTree"}
     assert not loaded & {"bubblemesh.packing.methods", "bubblemesh.run.report", "bubblemesh.problem.data_terms"}
 
 
-def test_the_parts_of_a_case_build_no_validators_of_their_own(tmp_path):
-    code = (
-        "from bubblemesh.case.fields import Strict\n"
-        "kinds = [Strict]\n"
-        "for kind in kinds:\n"
-        "    kinds += kind.__subclasses__()\n"
-        "print(*(kind.__name__ for kind in kinds if kind.__pydantic_complete__))\n"
-    )
-    built = set(after_check(tmp_path, code))
+def test_the_parts_of_a_case_build_no_validators_of_their_own(checked):
+    built = set(checked["validators"])
     assert "Case" in built
     assert not built & {"RingDomain", "RectangleRing", "CircleRing", "UnionRing"}
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts threads as Linux tells them")
-def test_a_check_starts_no_threads(tmp_path):
-    assert after_check(tmp_path, "print(len(os.listdir('/proc/self/task')))") == ["1"]
+def test_a_check_starts_no_threads(checked):
+    assert checked["threads"] == 1
