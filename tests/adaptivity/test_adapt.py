@@ -292,6 +292,7 @@ def test_as_many_nodes_as_before_are_the_nearest_number_that_can_be_had(spacing,
         bubblemesh.adapt(case, solution, nodes=43, anisotropic=anisotropic)
 
 
+@pytest.mark.long
 def test_as_many_nodes_as_before_are_no_more_than_the_limit():
     _, solution = flat(SQUARE)
     report = bubblemesh.adapt(case_of(SQUARE, "limits.max_nodes=30"), solution).report
@@ -327,7 +328,7 @@ def test_layers_that_take_most_of_the_nodes_are_told():
     assert many["spacing"]["mean"] == pytest.approx(1, abs=0.05)
 
 
-@pytest.mark.parametrize("values", [lambda x: x**2, np.ones_like])
+@pytest.mark.parametrize("values", sweep([lambda x: x**2, np.ones_like], quick=1))
 def test_figures_of_an_adaptation_are_plain_numbers(plate, values):
     solution = bubblemesh.Solution.of(plate.points, plate.triangles, values(plate.points[:, 0]))
     report = bubblemesh.adapt(case_of(PLATE), solution, nodes=200).report

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -397,8 +398,10 @@ def test_periodic_sides_may_have_layers_themselves():
     assert len(mesh.periodic_sides[0].nodes) > 15
 
 
-@pytest.mark.parametrize("keys", [{"angle_min": 28}, {"largest": 0.001}, {"overconstrained": "split"}])
-@pytest.mark.parametrize("gap", [0.3, 0.01])
+DEMANDS = {"angle_min": 28}, {"largest": 0.001}, {"overconstrained": "split"}
+
+
+@pytest.mark.parametrize(("keys", "gap"), sweep([*product(DEMANDS, [0.3, 0.01])], quick=3))
 def test_nodes_on_periodic_sides_with_layers_match_whatever_is_asked_for(gap, keys):
     # The narrow gap has no room for layers on one side, whose wall stays as it is.
     disc = {"circle": {"center": [0.65, 0.505], "radius": 0.495 - gap}, "label": "disc"}
@@ -414,8 +417,10 @@ def test_nodes_on_periodic_sides_with_layers_match_whatever_is_asked_for(gap, ke
     assert (min(row["count"]["least"] for row in result.report["layers"]) == 0) == (gap < 0.1)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("keys", [{"parts": 3}, {"angle_min": 28, "largest": 0.002}])
+PARTS, BOTH = {"parts": 3}, {"angle_min": 28, "largest": 0.002}
+
+
+@pytest.mark.parametrize(("keys", "order"), sweep([(PARTS, 1), (BOTH, 1), (BOTH, 2), (PARTS, 2)], quick=2))
 def test_nodes_that_parts_or_demands_set_on_fronts_divide_the_cells_below(keys, order):
     result = run(AROUND, {"on": "disc", **FIVE, "cells": "quads"}, **keys, output={"order": order})
     assert row_of(result, "disc")["complete"] == 1
@@ -608,7 +613,7 @@ def test_the_count_that_is_advised_lets_sizes_pass():
     assert row_of(result, "bottom")["complete"] == 1
 
 
-@pytest.mark.parametrize(("first", "growth", "count"), [(0.02, 1.25, 1), (0.004, 1.15, 6), (0.001, 1.3, 4)])
+@pytest.mark.parametrize(("first", "growth", "count"), sweep([(0.004, 1.15, 6), (0.02, 1.25, 1), (0.001, 1.3, 4)], 1))
 def test_the_count_that_is_advised_is_enough_around_a_body(first, growth, count):
     body = {"rectangle": [0.5, 0.4, 1.7, 1.6], "label": "body"}
     domain = {"outer": {"rectangle": [-0.5, -0.6, 2.7, 2.6], "label": "far"}, "holes": [body]}
@@ -710,7 +715,7 @@ def test_above_walls_at_two_angles_to_one_that_columns_follow_no_first_layer_is_
     assert first["largest"] == pytest.approx(1)
 
 
-@pytest.mark.parametrize("cut", [1e-6, 1e-4, 1e-3, 4e-3])
+@pytest.mark.parametrize("cut", sweep([1e-6, 1e-4, 1e-3, 4e-3], quick=2))
 def test_a_chamfer_takes_no_layers_away(cut):
     """Columns of its two fans part, however near to each other they stand."""
     corners = [[1, 0.5], [2 - cut, 0.5], [2, 0.5 + cut], [2, 1.5], [1, 1.5]]
@@ -749,7 +754,8 @@ def rounded(radius):
 
 
 @pytest.mark.parametrize(
-    "hole", [chamfered(1e-4), chamfered(1e-3), chamfered(1.2e-3), rounded(1e-4), rounded(1e-3), rounded(1.2e-3)]
+    "hole",
+    sweep([shape(size) for shape in (chamfered, rounded) for size in (1e-4, 1e-3, 1.2e-3)], quick=3),
 )
 def test_columns_part_evenly_around_small_chamfers_and_fillets(hole):
     """However thick the layers are: what is on them is as coarse as on those around a sharp corner."""
@@ -856,7 +862,7 @@ def test_layers_go_on_until_they_are_isotropic_beside_small_fillets(edges):
     assert row["count"]["least"] >= 7
 
 
-@pytest.mark.parametrize(("edges", "length"), [(1, 1.4), (2, 0.8), (3, 0.6), (8, 1), (8, 1.4)])
+@pytest.mark.parametrize(("edges", "length"), sweep([(1, 1.4), (2, 0.8), (3, 0.6), (8, 1), (8, 1.4)], quick=3))
 def test_layers_go_around_convex_fillets_whose_edges_are_about_as_long_as_the_first_height(edges, length):
     box = np.array([[1, 0.5], [2.5, 0.5], [2.5, 1.6], [1, 1.6]])
     ring = {"polygon": filleted(box, 0.004 * length / (2 * np.sin(np.pi / 4 / edges)), edges), "label": "wall"}
@@ -1014,7 +1020,7 @@ def test_each_place_is_told_once_among_the_lowest_columns():
     assert len(places) == len(set(places)) > 1
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", sweep(range(3), quick=1))
 def test_on_a_shore_that_is_rough_between_its_nodes_first_heights_are_kept(seed):
     """A ring of thousands of short edges that turn to and fro by some degrees."""
     random, count = np.random.default_rng(seed), 4000

@@ -50,7 +50,7 @@ EXACT = "nodes", "triangles", "boundary_nodes", "bounds", "area", "area_error", 
 BINS = 2e-3  # of quantiles from histograms of a few thousand numbers
 PLATE = """
 domain: {outer: {rectangle: [0, 0, 2, 1]}}
-spacing: 0.05
+spacing: 0.08
 output: {formats: [xdmf]}
 """
 
@@ -386,7 +386,7 @@ def test_parts_that_would_be_too_many_files_are_refused_before_the_work(here):
 def test_a_failed_run_leaves_nothing(folder, options):
     resource = pytest.importorskip("resource", reason="Windows has no limit on the size of files")
     before, limits = contents(folder), resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))  # of workers, which write the parts, too
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8000, limits[1]))  # of workers, which write the parts, too
     try:
         code, _, told = command("run", "plate.yaml", "-o", "new/out", "--parts", "2", *options, "-q")
     finally:
@@ -401,7 +401,7 @@ def test_a_failed_run_leaves_nothing(folder, options):
 @pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_run_that_is_killed_goes_on_with_the_parts_that_are_done(here, number):
-    (here / "plate.yaml").write_text(PLATE.replace("0.05", "0.02"))
+    (here / "plate.yaml").write_text(PLATE.replace("0.08", "0.02"))
     assert command("run", "plate.yaml", "-o", "once", "--parts", "6", "--jobs", "1", "-q")[0] == 0
     words = ["run", "plate.yaml", "-o", "out", "--parts", "6", "--jobs", "2", "--resume", "-q"]
     process = subprocess.Popen([sys.executable, "-m", "bubblemesh", *words], cwd=here, stderr=subprocess.PIPE)
@@ -422,10 +422,10 @@ def test_a_run_that_is_killed_goes_on_with_the_parts_that_are_done(here, number)
 
 
 def test_a_page_of_slices_shows_the_spacing_and_a_sample(here, monkeypatch):
-    monkeypatch.setattr(destination, "SAMPLE", 500)
+    monkeypatch.setattr(destination, "SAMPLE", 200)
     assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "--report", "-q")[0] == 0
     page = Path("out/plate.html").read_text()
-    assert "500 around the worst one" in page
+    assert "200 around the worst one" in page
     assert 'alt="The spacing of the whole mesh"' in page
 
 

@@ -121,7 +121,7 @@ def test_ends_of_cuts_make_no_short_sides_on_a_wall_of_many_corners(parts):
     assert many.report["quality"]["min"] > one.report["quality"]["min"] - 0.15
 
 
-@pytest.mark.parametrize("size", [0.03, 0.025])
+@pytest.mark.parametrize("size", sweep([0.03, 0.025], quick=1))
 def test_ends_of_cuts_make_no_short_sides_on_the_front_of_layers(size):
     """Sides of a front that are long get a bubble in their middle, wherever a cut meets them."""
     text = f"""
@@ -258,7 +258,8 @@ def test_small_strips_are_packed_together_and_large_ones_alone(monkeypatch):
 
 
 @needs_compiler
-def test_bands_are_settled_by_flips(monkeypatch):
+@pytest.mark.parametrize("text", sweep([HOLES, REGIONS], quick=1), ids=["holes", "regions"])
+def test_bands_are_settled_by_flips(text, monkeypatch):
     """A triangulation anew of all bands would take longer than all else that one process does alone."""
     settling = []
 
@@ -270,9 +271,8 @@ def test_bands_are_settled_by_flips(monkeypatch):
 
     settled = seams.settled
     monkeypatch.setattr("bubblemesh.parts.pipeline.settled", noted)
-    for text in (HOLES, REGIONS):
-        mesh_case(load_case("parts.yaml", text=f"name: parts\n{text}\nparts: 3"))
-    assert [len(net.triangles) > 100 for net in settling] == [True, True]
+    mesh_case(case(text, 3))
+    assert [len(net.triangles) > 100 for net in settling] == [True]
 
 
 def test_large_meshes_have_parts_that_two_and_four_workers_share_evenly():
@@ -461,6 +461,7 @@ def test_the_same_place_on_curved_periodic_sides_is_told_from_one_beside_it():
     assert sides.apart(right + 0.01 * tangent) == pytest.approx(0.1, rel=0.02)
 
 
+@pytest.mark.long
 def test_cuts_that_meet_periodic_sides_at_nearly_the_same_height_meet_them_at_the_same():
     """Else a side had two nodes there next to each other."""
     sides = "{rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}"

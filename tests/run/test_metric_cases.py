@@ -251,6 +251,7 @@ def test_the_key_by_which_a_metric_grows_gently_is_one_that_the_case_can_have():
     assert found.endswith("a smaller spacing.growth makes it grow gently")
 
 
+@pytest.mark.long
 def test_a_metric_that_jumps_in_direction_is_told_and_graded_if_the_case_says_so():
     turned = {"angle": "pi/2 if x > 0.5 else 0", "across": 0.02}
     plain = meshed(turned, spacing=0.1).report
