@@ -17,8 +17,8 @@ class Uncompiled:
     def __call__(self, net, domain, spacing, dynamics, steps):
         return self.relax(net, steps)
 
-    def is_compiled(self, motion, steps):
-        return False
+    def kernel_motion(self, motion, steps):
+        return None
 
 
 def relaxer(relax, domain, spacing):

@@ -15,7 +15,6 @@ from bubblemesh.kernels.library import library
 from bubblemesh.kernels.relaxing import CUTOFF
 from bubblemesh.meshes.quality import REGULAR_VALENCE
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.motion import SemiImplicitEuler
 from bubblemesh.packing.net import Net, connect_within
 from bubblemesh.packing.relaxation import Relaxed, Relaxer, euler_steps
 from bubblemesh.records import record
@@ -225,12 +224,11 @@ class Annealer:
 
         It is one, or those that kernels do at once and one more.
         """
-        compiled = library() if self.relaxer.is_compiled(self.steps) else None
+        compiled, motion = library(), self.relaxer.kernel_motion(self.steps)
         # Bubbles outside have no triangle, and go when they are connected anew.
-        if compiled is None or (net.legal is None and (net.valence == 0).any()):
+        if compiled is None or motion is None or (net.legal is None and (net.valence == 0).any()):
             return *self._relaxed(_displaced(net, cycles), net), 1
-        bubbles, (force, motion, viscosities, progress) = net.bubbles, self.relaxer.dynamics
-        assert isinstance(motion, SemiImplicitEuler)
+        bubbles, (force, _, viscosities, progress) = net.bubbles, self.relaxer.dynamics
         steps = range(self.steps)
         damping = np.array(viscosities(steps, bubbles.touched), float)
         twins = None if net.legal is None else net.legal.twins

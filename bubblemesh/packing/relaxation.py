@@ -78,8 +78,8 @@ class CircleRelaxation(Relaxation, Protocol):
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         """The bubbles of a net after ``steps`` steps."""
 
-    def is_compiled(self, motion: Motion, steps: int) -> bool:
-        """Whether compiled kernels can do so many steps at once."""
+    def kernel_motion(self, motion: Motion, steps: int) -> SemiImplicitEuler | None:
+        """The motion if kernels can do so many of its steps at once, else None."""
 
 
 @record
@@ -95,9 +95,9 @@ class Relaxer:
         """The bubbles of a net after ``steps`` steps."""
         return self.relaxation(net, self.domain, self.spacing, self.dynamics, steps)
 
-    def is_compiled(self, steps: int) -> bool:
-        """Whether compiled kernels can do so many steps at once."""
-        return self.relaxation.is_compiled(self.dynamics.motion, steps)
+    def kernel_motion(self, steps: int) -> SemiImplicitEuler | None:
+        """The motion if kernels can do so many of its steps at once, else None."""
+        return self.relaxation.kernel_motion(self.dynamics.motion, steps)
 
 
 @record
@@ -131,8 +131,8 @@ class Nearby:
         added, lost = len(ended) - len(x), len(ended) - len(kept)
         return Relaxed(kept, added, lost, speeds, len(x) * steps * motion.evaluations)
 
-    def is_compiled(self, motion: Motion, steps: int) -> bool:
-        return False
+    def kernel_motion(self, motion: Motion, steps: int) -> None:
+        return None
 
 
 @record
@@ -164,8 +164,8 @@ class Connected:
             net = net.of(bubbles.moved(x))
         return Relaxed(net.bubbles, 0, before - len(net.bubbles), speeds, evaluations)
 
-    def is_compiled(self, motion: Motion, steps: int) -> bool:
-        return isinstance(motion, SemiImplicitEuler) and steps <= self.refresh
+    def kernel_motion(self, motion: Motion, steps: int) -> SemiImplicitEuler | None:
+        return motion if isinstance(motion, SemiImplicitEuler) and steps <= self.refresh else None
 
 
 def _moved(
