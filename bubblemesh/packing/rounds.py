@@ -1,6 +1,7 @@
 """The rounds of a packing: bubbles move, and their number is controlled, until the method's termination says stop."""
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -15,6 +16,29 @@ from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 MOST_ROUNDS = 60  # on a level, if bubbles are missing
+
+
+class Figures(NamedTuple):
+    """Figures of bubbles and their triangles."""
+
+    nodes: int
+    boundary_nodes: int
+    triangles: int
+    quality_mean: float
+    quality_min: float
+
+    @classmethod
+    def of(cls, net: Net, spacing: Spacing) -> Self:
+        """Figures of connected bubbles, with qualities in the metric of a spacing if it has one."""
+        q = spacing.measures(net.bubbles.x, net.triangles).radius_ratios
+        return cls(len(net.bubbles), net.bubbles.boundary_count, len(q), float(q.mean()), float(q.min()))
+
+    @classmethod
+    def together(cls, parts: "Sequence[Figures]") -> Self:
+        """Figures of several as one; bubbles that two have in common count for both."""
+        nodes, boundary_nodes, triangles, mean, least = zip(*parts, strict=True)
+        average = float(np.average(mean, weights=triangles))
+        return cls(sum(nodes), sum(boundary_nodes), sum(triangles), average, min(least))
 
 
 @record

@@ -15,7 +15,7 @@ from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.method import Method
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
-from bubblemesh.packing.rounds import Round, rounds
+from bubblemesh.packing.rounds import Figures, Round, rounds
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.table import tabulated
 from bubblemesh.spacing.spacing import Spacing
@@ -43,29 +43,6 @@ def alone(function: Callable[..., T], jobs: Iterable[Job]) -> Iterator[tuple[int
         with prefixed(what):
             result = function(*arguments)
         yield number, result
-
-
-class Figures(NamedTuple):
-    """Figures of bubbles and their triangles."""
-
-    nodes: int
-    boundary_nodes: int
-    triangles: int
-    quality_mean: float
-    quality_min: float
-
-    @classmethod
-    def of(cls, bubbles: Bubbles, triangles: Integers, spacing: Spacing) -> Self:
-        """Figures of bubbles that triangles (t, 3) connect, with qualities in the metric of a spacing if it has one."""
-        q = spacing.measures(bubbles.x, triangles).radius_ratios
-        return cls(len(bubbles), bubbles.boundary_count, len(q), float(q.mean()), float(q.min()))
-
-    @classmethod
-    def together(cls, parts: "Sequence[Figures]") -> Self:
-        """Figures of several as one; bubbles that two have in common count for both."""
-        nodes, boundary_nodes, triangles, mean, least = zip(*parts, strict=True)
-        average = float(np.average(mean, weights=triangles))
-        return cls(sum(nodes), sum(boundary_nodes), sum(triangles), average, min(least))
 
 
 class Record(NamedTuple):
@@ -168,7 +145,7 @@ def packed_from(domain: Domain, x: Floats, terms: Terms) -> Packed:
 def _ended(domain: Domain, levels: tuple[Spacing, ...], start: Bubbles, terms: Terms) -> Packed:
     """All rounds of a packing."""
     begun, speeds = perf_counter(), list[Floats]()
-    before = Figures.of(start, connect(start, domain).triangles, levels[0])
+    before = Figures.of(connect(start, domain), levels[0])
     deleted = inserted = evaluations = 0
     last: Round | None = None
     for last in rounds(start, domain, levels, terms.method, terms.deadline.watch):
@@ -176,8 +153,6 @@ def _ended(domain: Domain, levels: tuple[Spacing, ...], start: Bubbles, terms: T
         deleted, inserted = deleted + last.deleted, inserted + last.inserted
         evaluations += last.evaluations
     assert last is not None  # a packing has a round
-    bubbles, triangles = last.bubbles, last.net.triangles
-    figures, along = Figures.of(bubbles, triangles, levels[-1]), np.concatenate(speeds)
-    seconds = perf_counter() - begun
+    figures, along, seconds = Figures.of(last.net, levels[-1]), np.concatenate(speeds), perf_counter() - begun
     record = Record(before, figures, deleted, inserted, along, evaluations, last.late, seconds)
-    return Packed(bubbles, triangles, record)
+    return Packed(last.bubbles, last.net.triangles, record)

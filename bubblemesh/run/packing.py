@@ -10,9 +10,9 @@ from bubblemesh.errors import CaseError, at_key
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
-from bubblemesh.packing.rounds import Round, rounds
+from bubblemesh.packing.rounds import Figures, Round, rounds
 from bubblemesh.parts.store import IN_MEMORY, Keeping
-from bubblemesh.parts.work import Crew, Deadline, Figures, Record, Terms, alone
+from bubblemesh.parts.work import Crew, Deadline, Record, Terms, alone
 from bubblemesh.problem.problem import Problem
 from bubblemesh.process.limits import Stopwatch, enter, time_left
 from bubblemesh.process.resources import WorkClock
@@ -182,7 +182,7 @@ def _whole(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]
     with stopwatch.stage("placement"):
         table = tabulated(domain, problem.packing_spacing)
         levels, start = method.started(domain, table, problem.packed_nodes, task.max_nodes)
-        first = Figures.of(start, connect(start, domain).triangles, levels[0])
+        first = Figures.of(connect(start, domain), levels[0])
     rows, speeds = list[RoundRow](), list[Floats]()
     clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, options.on_share, work.slowness())
     with stopwatch.stage("packing"):

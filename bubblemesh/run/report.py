@@ -16,8 +16,8 @@ from bubblemesh.meshes.quality import TARGET_SPACING, Measures
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
-from bubblemesh.packing.rounds import Round
-from bubblemesh.parts.work import Figures, Record
+from bubblemesh.packing.rounds import Figures, Round
+from bubblemesh.parts.work import Record
 from bubblemesh.records import record
 from bubblemesh.run.estimate import RepairRow, SpacingChange
 from bubblemesh.run.metric import MetricRow
