@@ -9,7 +9,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import NEARLY, ROUNDINGS, TOUCHING
-from bubblemesh.geometry.nesting import Shapes, polygons_of
+from bubblemesh.geometry.nesting import Shapes, made_valid, polygons_of
 from bubblemesh.messages import counted, just_above, place
 from bubblemesh.records import record
 
@@ -183,12 +183,12 @@ class _Borders:
         result = shapes.copy()
         for number in changed.tolist():
             loops = [points[bounds[k] : bounds[k + 1]] for k in np.flatnonzero(self.shape_of == number)]
-            outer, *holes = map(_without_spikes, loops)
-            result[number] = _valid(shapely.Polygon(outer, [hole for hole in holes if len(hole) > 2]))
+            outer, *holes = map(_without_returns, loops)
+            result[number] = _of_valid_parts(shapely.Polygon(outer, [hole for hole in holes if len(hole) > 2]))
         return result
 
 
-def _without_spikes(loop: Floats) -> Floats:
+def _without_returns(loop: Floats) -> Floats:
     """The ring without points twice and without parts that go there and back."""
     kept: list[tuple[float, float]] = []
     for point in map(tuple, loop.tolist()):
@@ -205,10 +205,10 @@ def _without_spikes(loop: Floats) -> Floats:
     return np.array(kept, float).reshape(-1, 2)
 
 
-def _valid(polygon: shapely.Polygon) -> shapely.Geometry:
+def _of_valid_parts(polygon: shapely.Polygon) -> shapely.Geometry:
     if polygon.is_valid:
         return polygon
-    areas = polygons_of(shapely.make_valid(polygon, method="structure"))
+    areas = polygons_of(made_valid(polygon))
     return areas[0] if len(areas) == 1 else shapely.MultiPolygon(areas)
 
 

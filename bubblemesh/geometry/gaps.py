@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import shapely
 
-from bubblemesh.geometry.nesting import Shapes, polygons_of
+from bubblemesh.geometry.nesting import Shapes, made_valid, polygons_of
 
 FLAT_STRIP = 1e-6  # of a gap's square: strips of less area are due to rounding
 LONG = 10  # least length, in gaps, of a strip that begins where its areas touch in a point
@@ -42,7 +42,7 @@ def _closed(shape: shapely.Geometry, gap: float) -> shapely.Geometry:
         wide = shapely.buffer(shape, gap / 2, join_style="mitre")
         closed = shapely.buffer(wide, -gap / 2, join_style="mitre")
     # At sharp corners its sides may cross.
-    return closed if closed.is_valid else shapely.make_valid(closed, method="structure", keep_collapsed=False)
+    return closed if closed.is_valid else made_valid(closed)
 
 
 def _is_between(strip: shapely.Polygon, a: shapely.Polygon, b: shapely.Polygon, gap: float, near: float) -> bool:

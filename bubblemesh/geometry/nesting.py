@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import shapely
@@ -27,6 +28,11 @@ def polygons_of(shapes: shapely.Geometry | Shapes) -> list[shapely.Polygon]:
     """The polygons with an area that a shape of any kind, or several (n,), consist of."""
     parts = shapely.get_parts(shapely.get_parts(shapes))  # twice, since parts of collections may have parts
     return parts[shapely.area(parts) > 0].tolist()
+
+
+def made_valid(shapes: shapely.Geometry | Shapes) -> Any:
+    """A shape that is valid, or several (n,): all places around which its rings turn, without parts of no area."""
+    return shapely.make_valid(shapes, method="structure", keep_collapsed=False)
 
 
 def nested(areas: Sequence[Area], whole: int = 0) -> list[Area]:

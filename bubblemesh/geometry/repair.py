@@ -5,24 +5,22 @@ of the original sides; nodes may slide along parts that were curves. The changes
 """
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from itertools import chain, pairwise
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Booleans, Floats, Integers, ring_area
+from bubblemesh.arrays import Booleans, Floats, ring_area
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.area_detail import simplified, without_small
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.gaps import strips_between
-from bubblemesh.geometry.nesting import polygons_of, shapes_of, with_holes
-from bubblemesh.geometry.paths import Area, Line, Point, Polyline, Ring, RingChange, Side, as_point
-from bubblemesh.geometry.polygonal_copy import PolygonalCopy
-from bubblemesh.geometry.short_borders import without_short_borders
+from bubblemesh.geometry.nesting import made_valid, polygons_of, shapes_of, with_holes
+from bubblemesh.geometry.paths import Area, Ring, as_point
+from bubblemesh.geometry.repair_work import Work, outer_points
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted
 from bubblemesh.records import record
@@ -31,8 +29,6 @@ GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another
 THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
 OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into what is beside it
 STRAIGHT = 100  # times that length: a vertex so near to the line between its neighbours is due to such a strip
-TOLERANCES = 12  # tried at most, to find one that leaves no vertex farther off than allowed
-CLOSE = 1.05  # two of them are so close that no more are tried in between
 
 
 @record
@@ -58,7 +54,7 @@ class Repair:
 
         With ``united``, areas that overlap become one. GeometryError if nothing is left.
         """
-        work = _Work(tuple(ring for area in areas for ring in (*area.rings,)) + tuple(holes))
+        work = Work(tuple(ring for area in areas for ring in (*area.rings,)) + tuple(holes))
         shapes = list(shapes_of(areas))
         if self.mend:
             shapes = [
@@ -69,9 +65,9 @@ class Repair:
             shapes = _without(shapes, holes, work)
             shapes = [part for shape in shapes for part in _with_holes_joined(shape, self.gap_of(work.size), work)]
         if self.smallest is not None:
-            shapes = _without_small(shapes, self.smallest, work)
+            shapes = without_small(shapes, self.smallest, work)
         if self.simplify is not None and shapes:
-            shapes = _simplified(shapes, self.simplify, work)
+            shapes = simplified(shapes, self.simplify, work)
         if not shapes:
             raise GeometryError(f"nothing is left of {counted(len(areas), 'area')} after the repair: keep larger parts")
         if not work.changes:
@@ -86,126 +82,29 @@ def _names(shapes: Sequence[shapely.Polygon], areas: Sequence[Area]) -> list[str
     """Name of each of some polygons: that of the area which it was, or a part of."""
     if len({area.name for area in areas}) == 1:
         return [areas[0].name] * len(shapes)
-    before = shapely.STRtree(shapely.make_valid(shapes_of(areas), method="structure", keep_collapsed=False))
+    before = shapely.STRtree(made_valid(shapes_of(areas)))
     inside = shapely.point_on_surface(np.array(shapes, dtype=object))
     return [areas[number].name for number in before.nearest(inside).tolist()]
 
 
-@dataclass
-class _Work:
-    """The rings that a repair begins with, and the changes so far."""
-
-    rings: tuple[Ring, ...]
-    changes: list[RingChange] = field(default_factory=list)
-
-    @cached_property
-    def outlines(self) -> list[Floats]:
-        return [ring.outline for ring in self.rings]
-
-    @cached_property
-    def size(self) -> float:
-        """The longer side of the box around all rings."""
-        return float(np.ptp(np.concatenate(self.outlines), axis=0).max())
-
-    def note(self, what: str, at: Floats, area: float, before: Iterable[Floats]) -> None:
-        """Note a change of the area, and the lines (k, 2) as they were before."""
-        self.changes.append(RingChange(what, as_point(at), float(area), tuple(before)))
-
-    def area(self, shape: shapely.Polygon, name: str | None) -> Area:
-        """The area that a polygon bounds."""
-        outer, *holes = (self._ring(shapely.get_coordinates(loop)[:-1]) for loop in (shape.exterior, *shape.interiors))
-        return Area(outer, tuple(holes), name)
-
-    def _ring(self, points: Floats) -> Ring:
-        """The ring along points (n, 2): one of those at the begin, if it has the same ones."""
-        known = self._known.get(_fingerprint(points))
-        if known is not None:
-            return replace(known, notes=(), changes=())
-        ahead = np.roll(points, -1, axis=0)
-        near = self._chords.nearest(shapely.points((points + ahead) / 2))
-        side, (number, _) = self._sides[near], self._numbers[near].T
-        owner = self.rings[np.bincount(number).argmax()]
-        curved = np.array([not isinstance(one.curve, Line) for one in side])
-        corners = [as_point(point) for point in points]
-        kept = np.array([corner in self.vertices for corner in corners])
-        # Nodes may slide where one curve goes on, through a vertex of its copy; a cut leaves a corner.
-        on = curved & np.roll(curved, 1) & (self._numbers[near] == self._numbers[np.roll(near, 1)]).all(axis=1) & kept
-        if on.all():
-            closed = Polyline(np.vstack([points, points[:1]]))
-            return Ring((Side(closed, side[0].label),), (), origin=owner.origin, key=owner.key)
-        stops = np.flatnonzero(~on).tolist()
-        runs = [[k % len(points) for k in range(a, b + 1)] for a, b in pairwise([*stops, stops[0] + len(points)])]
-        sides = tuple(Side(_along(points[run]), side[run[0]].label) for run in runs)
-        return Ring(sides, tuple(corners[run[0]] for run in runs), origin=owner.origin, key=owner.key)
-
-    def labels(self, points: Floats) -> list[str | None]:
-        """Labels (n,) of the sides of the ring along points (n, 2)."""
-        ahead = np.roll(points, -1, axis=0)
-        near = self._chords.nearest(shapely.points((points + ahead) / 2))
-        return [self._sides[k].label for k in near.tolist()]
-
-    def is_curved(self, points: Floats) -> bool:
-        """Whether the ring along points (n, 2) is one of those at the begin and has curves."""
-        known = self._known.get(_fingerprint(points))
-        return known is not None and not all(isinstance(side.curve, Line) for side in known.sides)
-
-    @cached_property
-    def _known(self) -> dict[bytes, Ring]:
-        return {_fingerprint(points): ring for points, ring in zip(self.outlines, self.rings, strict=True)}
-
-    @cached_property
-    def vertices(self) -> set[Point]:
-        return {as_point(point) for points in self.outlines for point in points}
-
-    @cached_property
-    def _chords(self) -> shapely.STRtree:
-        """The chords of all rings, in order."""
-        chords = [np.stack([points, np.roll(points, -1, axis=0)], axis=1) for points in self.outlines]
-        return shapely.STRtree(shapely.linestrings(np.concatenate(chords)))
-
-    @cached_property
-    def _numbers(self) -> Integers:
-        """Numbers (c, 2) of the ring and its side of each of these chords."""
-        pieces = [PolygonalCopy.of(Boundary.of([ring])).piece for ring in self.rings]
-        owner = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
-        return np.column_stack([owner, np.concatenate(pieces)])
-
-    @cached_property
-    def _sides(self) -> NDArray[np.object_]:
-        """Sides (c,) of these chords."""
-        found = np.empty(len(self._numbers), dtype=object)
-        found[:] = [self.rings[ring].sides[side] for ring, side in self._numbers.tolist()]
-        return found
-
-
-def _along(points: Floats) -> Line | Polyline:
-    """The straight line between two points, or the polyline along more (k, 2)."""
-    return Polyline(points) if len(points) > 2 else Line(as_point(points[0]), as_point(points[1]))
-
-
-def _fingerprint(points: Floats) -> bytes:
-    """Bytes that are the same for rings with the same points (n, 2), wherever they start."""
-    return np.ascontiguousarray(points[np.lexsort(points.T)] + 0.0).tobytes()
-
-
-def _valid(ring: Ring, work: _Work) -> shapely.Geometry:
+def _enclosed(ring: Ring, work: Work) -> shapely.Geometry:
     """The area that a ring encloses: all places around which it turns, however often."""
     points = ring.outline
     polygon = shapely.Polygon(points)
     if polygon.is_valid:
         return polygon
     given = abs(ring_area(points))
-    fixed = _tidy(shapely.make_valid(polygon, method="structure", keep_collapsed=False), work)
+    fixed = _tidy(made_valid(polygon), work)
     work.note("ring that crosses or touches itself", fault_place(polygon), fixed.area - given, [points])
     return fixed
 
 
-def _tidy(shape: shapely.Geometry, work: _Work) -> shapely.Geometry:
+def _tidy(shape: shapely.Geometry, work: Work) -> shapely.Geometry:
     """A shape without thin parts, spikes, and vertices next to others, which cuts may leave."""
     thin = THIN * work.size
     whole = _thick(shape, thin)
     sparse = _thick(_gathered(shapely.remove_repeated_points(whole, thin), work), thin)
-    loops = [[_without_spikes(ring, thin) for ring in (part.exterior, *part.interiors)] for part in sparse.geoms]
+    loops = [[_blunted(ring, thin) for ring in (part.exterior, *part.interiors)] for part in sparse.geoms]
     blunt = shapely.MultiPolygon([(outer, holes) for outer, *holes in loops])
     return next((better for better in (blunt, sparse) if better.is_valid), whole)
 
@@ -221,7 +120,7 @@ def _thick(shape: shapely.Geometry, thin: float) -> shapely.MultiPolygon:
     return shapely.MultiPolygon(holed)
 
 
-def _gathered(shape: shapely.Geometry, work: _Work) -> shapely.Geometry:
+def _gathered(shape: shapely.Geometry, work: Work) -> shapely.Geometry:
     """A shape with neighbouring vertices moved to one place, that of a vertex of the original rings if there is one.
 
     Cuts that meet in a point differ there by rounding, and rings that do not quite touch would not bound a domain.
@@ -235,10 +134,10 @@ def _gathered(shape: shapely.Geometry, work: _Work) -> shapely.Geometry:
     order = np.lexsort((j, strange[j], i))
     best = j[order][np.flatnonzero(np.diff(i[order], prepend=-1))]
     moved = shapely.transform(shape, lambda _: points[best[number.ravel()]])
-    return shapely.make_valid(moved, method="structure", keep_collapsed=False)
+    return made_valid(moved)
 
 
-def _without_spikes(ring: shapely.LinearRing, thin: float) -> Floats:
+def _blunted(ring: shapely.LinearRing, thin: float) -> Floats:
     """Points (m, 2) of a ring without those at which it turns back beside itself, nearer than ``thin``."""
     points: Floats = shapely.get_coordinates(ring)[:-1]
     while len(points) > 3:
@@ -251,12 +150,12 @@ def _without_spikes(ring: shapely.LinearRing, thin: float) -> Floats:
     return points
 
 
-def _mended(area: Area, work: _Work) -> shapely.Geometry:
+def _mended(area: Area, work: Work) -> shapely.Geometry:
     """The polygons of an area whose rings are not valid."""
-    return _cut(_valid(area.outer, work), area.holes, work)
+    return _cut(_enclosed(area.outer, work), area.holes, work)
 
 
-def _without(shapes: Sequence[shapely.Polygon], holes: Sequence[Ring], work: _Work) -> list[shapely.Polygon]:
+def _without(shapes: Sequence[shapely.Polygon], holes: Sequence[Ring], work: Work) -> list[shapely.Polygon]:
     """The polygons without holes."""
     if not holes or not shapes:
         return list(shapes)
@@ -264,11 +163,11 @@ def _without(shapes: Sequence[shapely.Polygon], holes: Sequence[Ring], work: _Wo
     return polygons_of(_cut(whole, holes, work))
 
 
-def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: _Work) -> shapely.Geometry:
+def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: Work) -> shapely.Geometry:
     """A shape without holes; holes outside are left out. All but separate holes inside are noted as changes."""
     if not holes:
         return shape
-    solid = np.array([_valid(hole, work) for hole in holes], dtype=object)
+    solid = np.array([_enclosed(hole, work) for hole in holes], dtype=object)
     shapely.prepare(shape)
     rim = shapely.boundary(shape)
     apart, inside = shapely.disjoint(solid, shape), shapely.contains(shape, solid)
@@ -291,7 +190,7 @@ def _cut(shape: shapely.Geometry, holes: Sequence[Ring], work: _Work) -> shapely
     return _tidy(left, work) if across.any() else left
 
 
-def _united(areas: Sequence[Sequence[shapely.Polygon]], gap: float, work: _Work) -> list[shapely.Polygon]:
+def _united(areas: Sequence[Sequence[shapely.Polygon]], gap: float, work: Work) -> list[shapely.Polygon]:
     """Polygons of several areas, with those united that overlap, have a common side, or leave a narrow gap.
 
     The pieces of one area stay separate: they touch where its ring crosses itself, and there is no gap.
@@ -307,7 +206,7 @@ def _united(areas: Sequence[Sequence[shapely.Polygon]], gap: float, work: _Work)
     for k in np.flatnonzero(meeting):
         what = "areas that overlap united" if common[k].area > 0 else "areas with a common side united"
         at = shapely.get_coordinates(shapely.point_on_surface(common[k]))[0]
-        work.note(what, at, -common[k].area, map(_outer, (found[i[k]], found[j[k]])))
+        work.note(what, at, -common[k].area, map(outer_points, (found[i[k]], found[j[k]])))
     owners = [{number} for number in area.tolist()]
     if meeting.any():
         inside = shapely.point_on_surface(found)
@@ -321,19 +220,19 @@ def _united(areas: Sequence[Sequence[shapely.Polygon]], gap: float, work: _Work)
 
 
 def _closing(
-    polygons: "NDArray[np.object_]", owners: Sequence[set[int]], gap: float, work: _Work, holes: bool = False
+    polygons: "NDArray[np.object_]", owners: Sequence[set[int]], gap: float, work: Work, holes: bool = False
 ) -> list[shapely.Polygon]:
     """The strips that close gaps between polygons (n,), areas or holes, which are noted as changes."""
     what = "gap between holes closed" if holes else "gap between areas closed"
     closing = []
     for strip, reaching in strips_between(polygons, owners, gap, OVERLAP * work.size):
         at = shapely.get_coordinates(shapely.point_on_surface(strip))[0]
-        work.note(what, at, -strip.area if holes else strip.area, [_outer(strip)])
+        work.note(what, at, -strip.area if holes else strip.area, [outer_points(strip)])
         closing.append(reaching)
     return closing
 
 
-def _with_holes_joined(shape: shapely.Polygon, gap: float, work: _Work) -> list[shapely.Polygon]:
+def _with_holes_joined(shape: shapely.Polygon, gap: float, work: Work) -> list[shapely.Polygon]:
     """The polygon with gaps between its holes closed; several if holes come to lie around a part of it."""
     holes = np.array([shapely.Polygon(ring) for ring in shape.interiors], dtype=object)
     closing = _closing(holes, [{k} for k in range(len(holes))], gap, work, holes=True)
@@ -345,10 +244,10 @@ def _with_holes_joined(shape: shapely.Polygon, gap: float, work: _Work) -> list[
 
 
 def _without_steps(
-    shapes: Sequence[shapely.Polygon], closing: Sequence[shapely.Polygon], gap: float, work: _Work
+    shapes: Sequence[shapely.Polygon], closing: Sequence[shapely.Polygon], gap: float, work: Work
 ) -> list[shapely.Polygon]:
     """The polygons without edges as short as the gaps that strips have closed, which their ends leave."""
-    counts = Counter(chain(*(map(as_point, _outer(shapely.Polygon(ring))) for ring in shapely.get_rings(shapes))))
+    counts = Counter(chain(*(map(as_point, outer_points(shapely.Polygon(ring))) for ring in shapely.get_rings(shapes))))
     strips = shapely.union_all(closing)
     found = []
     for shape in shapes:
@@ -363,7 +262,7 @@ def _without_steps(
     return found
 
 
-def _smoothed(points: Floats, loose: Booleans, gap: float, work: _Work) -> Floats:
+def _smoothed(points: Floats, loose: Booleans, gap: float, work: Work) -> Floats:
     """Points (m, 2) of a ring without those of the ``loose`` ones that sides nearly pass, or beside which one is short.
 
     None of them is farther than a gap from the side that is left, and labels of longer sides stay.
@@ -383,111 +282,3 @@ def _smoothed(points: Floats, loose: Booleans, gap: float, work: _Work) -> Float
         labels[k - 1] = labels[k - 1] if to_last[k] > to_next[k] else labels[k]
         points, loose, labels = np.delete(points, k, axis=0), np.delete(loose, k), np.delete(labels, k)
     return points
-
-
-def _outer(polygon: shapely.Polygon) -> Floats:
-    points: Floats = shapely.get_coordinates(polygon.exterior)[:-1]
-    return points
-
-
-def _without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: _Work) -> list[shapely.Polygon]:
-    """The polygons without smaller islands and holes; islands in such holes become part of the area around."""
-    found, filled = list[shapely.Polygon](), list[shapely.Polygon]()
-    small = [shape for shape in shapes if shapely.Polygon(shape.exterior).area < smallest]
-    for shape in shapes:
-        if shapely.Polygon(shape.exterior).area < smallest:
-            continue
-        holes = [shapely.Polygon(loop) for loop in shape.interiors]
-        kept = [hole.exterior for hole in holes if hole.area >= smallest]
-        filled += [hole for hole in holes if hole.area < smallest]
-        found.append(shapely.Polygon(shape.exterior, kept) if len(kept) < len(holes) else shape)
-    for what, parts, sign in (("island", small, -1), ("hole", filled, 1)):
-        if parts:
-            largest = max(parts, key=lambda part: part.area)
-            of_which = "" if len(parts) == 1 else ", the largest"
-            note = f"{counted(len(parts), what)} below {smallest:g} left out{of_which}"
-            work.note(note, _outer(largest)[0], sign * sum(part.area for part in parts), map(_outer, parts))
-    if filled and len(found) > 1:
-        found = polygons_of(shapely.union_all(found))
-    return found
-
-
-def _simplified(shapes: Sequence[shapely.Polygon], length: float, work: _Work) -> list[shapely.Polygon]:
-    """The polygons with fewer vertices, none of them farther than ``length`` from the rings that are left.
-
-    The algorithm of Ramer, Douglas and Peucker; where areas have common sides, which stay so, that of Visvalingam and
-    Whyatt. No rings cross afterwards; GeometryError if they do before. Rings with curves stay as they are.
-    """
-    given = np.array(shapes, dtype=object)
-    if not shapely.is_valid(given).all() or not shapely.coverage_is_valid(given):
-        raise GeometryError("simplify: the rings cross, or the areas overlap: set repair: true as well")
-    given = _without_short_borders(given, length, work)
-    sparse, off, at = _sparsest(given, length, work)
-    count, left = shapely.get_num_coordinates(given).sum(), shapely.get_num_coordinates(sparse).sum()
-    if left == count:
-        return list(given)
-    note = f"{count - left:,} of {count:,} vertices left out, up to {off:.3g} off"
-    area = float(shapely.area(sparse).sum() - shapely.area(given).sum())
-    work.note(note, at, area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given)))
-    return list(sparse)
-
-
-def _sparsest(given: "NDArray[np.object_]", length: float, work: _Work) -> tuple["NDArray[np.object_]", float, Floats]:
-    """The polygons with the largest tolerance for which no vertex is farther off than a length; how far, and where.
-
-    It is found by halving, then by bisection: tolerances of areas bound no distances. They may stay as they are.
-    """
-    points = shapely.get_coordinates(given)
-    best, farthest, at = given, 0.0, points[0]
-    tolerance, within, beyond = length, 0.0, np.inf
-    for _ in range(TOLERANCES):
-        found = []
-        for before, after in zip(given, _sparser(given, tolerance), strict=True):
-            mixed = _with_curves_kept(before, after, work)
-            found.append(mixed if mixed.is_valid else before)
-        sparse = np.array(found, dtype=object)
-        off = _from_rings(points, sparse)
-        if off.max() <= length:
-            best, farthest, at, within = sparse, float(off.max()), points[off.argmax()], tolerance
-        else:
-            beyond = tolerance
-        if beyond <= CLOSE * within or within == length:
-            break
-        tolerance = np.sqrt(within * beyond) if within > 0 else beyond / 2
-    return best, farthest, at
-
-
-def _without_short_borders(given: "NDArray[np.object_]", length: float, work: _Work) -> "NDArray[np.object_]":
-    """The polygons with borders between them of no more than a length as points, which no vertex left out removes."""
-    if any(work.is_curved(_outer(shapely.Polygon(ring))) for ring in shapely.get_rings(given)):
-        return given
-    merged, at, off = without_short_borders(given, length)
-    if len(at):
-        before = (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
-        borders = f"{counted(len(at), 'short border')} between areas closed to a point, up to {off:.3g} off"
-        work.note(borders, at[0], 0.0, before)
-    return merged
-
-
-def _sparser(given: "NDArray[np.object_]", tolerance: float) -> Sequence[shapely.Polygon]:
-    """The polygons with fewer vertices; the tolerance is a length for separate areas, else the root of an area."""
-    neighbours = shapely.STRtree(given).query(given, predicate="touches")[0]
-    if len(neighbours):
-        return list(shapely.coverage_simplify(given, tolerance))
-    made = shapely.get_parts(shapely.simplify(shapely.multipolygons(given), tolerance))
-    return list(made) if len(made) == len(given) else list(given)
-
-
-def _from_rings(points: Floats, shapes: "NDArray[np.object_]") -> Floats:
-    """Distances (n,) of points (n, 2) from the nearest side of any of the polygons."""
-    rims, ring = shapely.get_coordinates(shapely.get_rings(shapes), return_index=True)
-    same = np.flatnonzero(np.diff(ring) == 0)
-    tree = shapely.STRtree(shapely.linestrings(np.stack([rims[same], rims[same + 1]], axis=1)))
-    return np.asarray(tree.query_nearest(shapely.points(points), all_matches=False, return_distance=True)[1])
-
-
-def _with_curves_kept(before: shapely.Polygon, after: shapely.Polygon, work: _Work) -> shapely.Polygon:
-    """The polygon ``after``, with its rings as they were ``before`` where these have curves."""
-    pairs = zip((before.exterior, *before.interiors), (after.exterior, *after.interiors), strict=True)
-    outer, *holes = (old if work.is_curved(_outer(shapely.Polygon(old))) else new for old, new in pairs)
-    return shapely.Polygon(outer, holes)

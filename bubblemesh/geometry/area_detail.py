@@ -1,0 +1,120 @@
+"""Detail that is left out of areas: small islands and holes, vertices, short borders."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.nesting import polygons_of
+from bubblemesh.geometry.repair_work import Work, outer_points
+from bubblemesh.geometry.short_borders import without_short_borders
+from bubblemesh.messages import counted
+
+TOLERANCES = 12  # tried at most, to find one that leaves no vertex farther off than allowed
+CLOSE = 1.05  # two of them are so close that no more are tried in between
+
+
+def without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: Work) -> list[shapely.Polygon]:
+    """The polygons without smaller islands and holes; islands in such holes become part of the area around."""
+    found, filled = list[shapely.Polygon](), list[shapely.Polygon]()
+    small = [shape for shape in shapes if shapely.Polygon(shape.exterior).area < smallest]
+    for shape in shapes:
+        if shapely.Polygon(shape.exterior).area < smallest:
+            continue
+        holes = [shapely.Polygon(loop) for loop in shape.interiors]
+        kept = [hole.exterior for hole in holes if hole.area >= smallest]
+        filled += [hole for hole in holes if hole.area < smallest]
+        found.append(shapely.Polygon(shape.exterior, kept) if len(kept) < len(holes) else shape)
+    for what, parts, sign in (("island", small, -1), ("hole", filled, 1)):
+        if parts:
+            largest = max(parts, key=lambda part: part.area)
+            of_which = "" if len(parts) == 1 else ", the largest"
+            note = f"{counted(len(parts), what)} below {smallest:g} left out{of_which}"
+            work.note(note, outer_points(largest)[0], sign * sum(part.area for part in parts), map(outer_points, parts))
+    if filled and len(found) > 1:
+        found = polygons_of(shapely.union_all(found))
+    return found
+
+
+def simplified(shapes: Sequence[shapely.Polygon], length: float, work: Work) -> list[shapely.Polygon]:
+    """The polygons with fewer vertices, none of them farther than ``length`` from the rings that are left.
+
+    The algorithm of Ramer, Douglas and Peucker; where areas have common sides, which stay so, that of Visvalingam and
+    Whyatt. No rings cross afterwards; GeometryError if they do before. Rings with curves stay as they are.
+    """
+    given = np.array(shapes, dtype=object)
+    if not shapely.is_valid(given).all() or not shapely.coverage_is_valid(given):
+        raise GeometryError("simplify: the rings cross, or the areas overlap: set repair: true as well")
+    given = _without_short_borders(given, length, work)
+    sparse, off, at = _sparsest(given, length, work)
+    count, left = shapely.get_num_coordinates(given).sum(), shapely.get_num_coordinates(sparse).sum()
+    if left == count:
+        return list(given)
+    note = f"{count - left:,} of {count:,} vertices left out, up to {off:.3g} off"
+    area = float(shapely.area(sparse).sum() - shapely.area(given).sum())
+    work.note(note, at, area, (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given)))
+    return list(sparse)
+
+
+def _sparsest(given: "NDArray[np.object_]", length: float, work: Work) -> tuple["NDArray[np.object_]", float, Floats]:
+    """The polygons with the largest tolerance for which no vertex is farther off than a length; how far, and where.
+
+    It is found by halving, then by bisection: tolerances of areas bound no distances. They may stay as they are.
+    """
+    points = shapely.get_coordinates(given)
+    best, farthest, at = given, 0.0, points[0]
+    tolerance, within, beyond = length, 0.0, np.inf
+    for _ in range(TOLERANCES):
+        found = []
+        for before, after in zip(given, _sparser(given, tolerance), strict=True):
+            mixed = _with_curves_kept(before, after, work)
+            found.append(mixed if mixed.is_valid else before)
+        sparse = np.array(found, dtype=object)
+        off = _from_rings(points, sparse)
+        if off.max() <= length:
+            best, farthest, at, within = sparse, float(off.max()), points[off.argmax()], tolerance
+        else:
+            beyond = tolerance
+        if beyond <= CLOSE * within or within == length:
+            break
+        tolerance = np.sqrt(within * beyond) if within > 0 else beyond / 2
+    return best, farthest, at
+
+
+def _without_short_borders(given: "NDArray[np.object_]", length: float, work: Work) -> "NDArray[np.object_]":
+    """The polygons with borders between them of no more than a length as points, which no vertex left out removes."""
+    if any(work.is_curved(outer_points(shapely.Polygon(ring))) for ring in shapely.get_rings(given)):
+        return given
+    merged, at, off = without_short_borders(given, length)
+    if len(at):
+        before = (shapely.get_coordinates(ring)[:-1] for ring in shapely.get_rings(given))
+        borders = f"{counted(len(at), 'short border')} between areas closed to a point, up to {off:.3g} off"
+        work.note(borders, at[0], 0.0, before)
+    return merged
+
+
+def _sparser(given: "NDArray[np.object_]", tolerance: float) -> Sequence[shapely.Polygon]:
+    """The polygons with fewer vertices; the tolerance is a length for separate areas, else the root of an area."""
+    neighbours = shapely.STRtree(given).query(given, predicate="touches")[0]
+    if len(neighbours):
+        return list(shapely.coverage_simplify(given, tolerance))
+    made = shapely.get_parts(shapely.simplify(shapely.multipolygons(given), tolerance))
+    return list(made) if len(made) == len(given) else list(given)
+
+
+def _from_rings(points: Floats, shapes: "NDArray[np.object_]") -> Floats:
+    """Distances (n,) of points (n, 2) from the nearest side of any of the polygons."""
+    rims, ring = shapely.get_coordinates(shapely.get_rings(shapes), return_index=True)
+    same = np.flatnonzero(np.diff(ring) == 0)
+    tree = shapely.STRtree(shapely.linestrings(np.stack([rims[same], rims[same + 1]], axis=1)))
+    return np.asarray(tree.query_nearest(shapely.points(points), all_matches=False, return_distance=True)[1])
+
+
+def _with_curves_kept(before: shapely.Polygon, after: shapely.Polygon, work: Work) -> shapely.Polygon:
+    """The polygon ``after``, with its rings as they were ``before`` where these have curves."""
+    pairs = zip((before.exterior, *before.interiors), (after.exterior, *after.interiors), strict=True)
+    outer, *holes = (old if work.is_curved(outer_points(shapely.Polygon(old))) else new for old, new in pairs)
+    return shapely.Polygon(outer, holes)
