@@ -154,7 +154,8 @@ def check_spacing(
                 raise
             ladders, lacking = left_out(error, domain, task.ladders)
             request = replace(request, warnings=(*request.warnings, lacking))
-            return replace(check_spacing(domain, request, replace(task, ladders=ladders), stopwatch, scale), task=task)
+            fewer = check_spacing(domain, request, replace(task, ladders=ladders), stopwatch, scale)
+            return replace(fewer, task=task)  # with a larger scale, for a number of nodes, they may all have room
     return replace(problem, warnings=(*problem.warnings, *warnings.small_parts(task.parts, problem.packed_nodes)))
 
 

@@ -64,12 +64,12 @@ class MeshOptions:
         self._check()
         method = self._method()
         return Task(
-            "mesh",
-            self.method_name,
-            lambda: method,
-            int(self.max_nodes),
-            None,
-            {"method": self.method_name, "limits": {"max_nodes": int(self.max_nodes)}},
+            name="mesh",
+            method_name=self.method_name,
+            configured=lambda: method,
+            max_nodes=int(self.max_nodes),
+            time_limit=None,
+            settings={"method": self.method_name, "limits": {"max_nodes": int(self.max_nodes)}},
             least_angle=float(self.angle_min),
             largest=np.inf if self.largest is None else float(self.largest),
         )
