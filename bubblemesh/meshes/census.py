@@ -9,6 +9,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.meshes.areas_and_lengths import RegionSums
 from bubblemesh.meshes.quality import (
     REGULAR_VALENCE,
+    SHOWN_BINS,
     WORST,
     Measures,
     Shape,
@@ -20,7 +21,6 @@ from bubblemesh.meshes.quality import (
 )
 
 QUALITY_BINS = 10_000  # of radius ratios, from 0 to 1
-SHOWN_BINS = 10  # of the histogram of a report
 OCTAVES, PER_OCTAVE = 4, 2_500  # of edge lengths over spacings, around 1
 
 

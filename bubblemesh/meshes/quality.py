@@ -13,7 +13,7 @@ from bubblemesh.records import record
 
 _DEGENERATE = 1e-14
 REGULAR_VALENCE = 6
-_BINS = 10
+SHOWN_BINS = 10  # of the histogram of a report
 TARGET_SPACING = "target_spacing"  # name of the target spacing of triangles in mesh files
 LAYER = "layer"  # name of the field with the number of the boundary layer of each triangle, 0 outside of layers
 WORST = 5  # triangles that a report names
@@ -149,7 +149,7 @@ def shape_quality(measures: Measures) -> Shape:
     # The ratio of an equilateral triangle may exceed 1 by rounding; it belongs to the last bin.
     edges, triangles_at = measures.edges
     valence = np.bincount(edges.ravel(), minlength=len(measures.points))
-    histogram, _ = np.histogram(np.clip(ratios, 0, 1), bins=_BINS, range=(0, 1))
+    histogram, _ = np.histogram(np.clip(ratios, 0, 1), bins=SHOWN_BINS, range=(0, 1))
     return Shape(
         mean=float(ratios.mean()),
         min=float(ratios.min()),
