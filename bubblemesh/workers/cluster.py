@@ -23,7 +23,8 @@ SILENCE = 30.0  # seconds that it has later, when there may be much else to do
 REFRESH = 5.0  # seconds after which the number of workers is asked for again
 SOON = 1.0  # the same while there are no workers
 # Asked of each worker before it gets a job. The question uses nothing of the package: a worker that cannot unpickle
-# what it gets dies, and so would, one after the other, all workers that get the same job.
+# what it gets dies, and so would, one after the other, all workers that get the same job. It loads what most jobs need,
+# which shows that a worker has the dependencies; ``__import__`` gives the package, whose version it is.
 VERSION = "__import__('bubblemesh.batch.worker').__version__"
 
 
