@@ -73,14 +73,8 @@ class Note(NamedTuple):
     nodes: int = 0
 
 
-class Waiting(NamedTuple):
-    """There are no workers."""
-
-    message: str
-
-
-class Refused(NamedTuple):
-    """A worker is left out."""
+class Warned(NamedTuple):
+    """There are no workers, or one is left out."""
 
     message: str
 
@@ -105,11 +99,8 @@ class Events(BatchListener):
     def note(self, number, finished_rounds, nodes):
         self.hear(Note(number, finished_rounds, nodes))
 
-    def wait(self, message):
-        self.hear(Waiting(message))
-
-    def refuse(self, message):
-        self.hear(Refused(message))
+    def warn(self, message):
+        self.hear(Warned(message))
 
     def finish(self, number, row, *, unchanged=False):
         self.hear(Finished(number, row, unchanged))

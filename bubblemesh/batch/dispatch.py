@@ -23,14 +23,8 @@ class BatchListener:
     def note(self, number: int, finished_rounds: int, nodes: int) -> None:
         """A running case has finished a round; it has 0 nodes before the first one."""
 
-    def wait(self, message: str) -> None:
-        """There are no workers now; the message says why."""
-
-    def refuse(self, message: str) -> None:
-        """A worker is left out; the message says why."""
-
     def warn(self, message: str) -> None:
-        """Something is missing in the summary, or in the picture that compares the cases; the message says what."""
+        """There are no workers, one is left out, or something is missing in the summary; the message says what."""
 
     def finish(self, number: int, row: Row, *, unchanged: bool = False) -> None:
         """A case has its row; ``unchanged`` if an earlier batch had done it."""
@@ -50,8 +44,7 @@ def dispatch(entries: Iterable[Entry], workers: Workers, listener: BatchListener
         workers,
         ((entry, entry.job()) for entry in entries),
         lambda given: _submitted(workers, given[1]),
-        on_wait=listener.wait,
-        on_refuse=listener.refuse,
+        warn=listener.warn,
         on_look=look,
         tried=lambda given: begun[given[1].number] if isinstance(given[1], BatchJob) else 0,
     )

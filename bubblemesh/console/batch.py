@@ -48,12 +48,6 @@ class BatchProgress(console.Display, BatchListener):
             *_, since = self.running.get(number, (monotonic(),))
             self.running[number] = finished_rounds, nodes, since
 
-    def wait(self, message: str) -> None:
-        console.warn([message])
-
-    def refuse(self, message: str) -> None:
-        console.warn([message])
-
     def warn(self, message: str) -> None:
         console.warn([message])
 

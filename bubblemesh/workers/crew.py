@@ -65,8 +65,7 @@ def called(
         workers,
         enumerate(jobs),
         lambda given: workers.submit(answer, function, *given[1].arguments),
-        on_wait=warn,
-        on_refuse=warn,
+        warn=warn,
     )
     for ended in all_ended:
         number, job = ended.job

@@ -27,8 +27,7 @@ def supervised(
     jobs: Iterable[J],
     submit: Callable[[J], Future[T]],
     *,
-    on_wait: Callable[[str], None],
-    on_refuse: Callable[[str], None],
+    warn: Callable[[str], None],
     on_look: Callable[[], None] = lambda: None,
     tried: Callable[[J], int] = lambda job: 0,
 ) -> Iterator[Ended[J, T]]:
@@ -44,10 +43,8 @@ def supervised(
         The jobs; the next one is taken when a worker has room for it.
     submit
         Submits a job and returns its future.
-    on_wait
-        Called with a warning that there are no workers.
-    on_refuse
-        Called with a warning on a worker that is left out.
+    warn
+        Called with a warning that there are no workers, or that one is left out.
     on_look
         Called every `TICK` seconds, or more often.
     tried
@@ -65,9 +62,9 @@ def supervised(
     while running or again or not exhausted:
         capacity, before, missing = workers.capacity(), missing, workers.missing()
         if missing and not before:
-            on_wait(missing)
+            warn(missing)
         for message in workers.refused():
-            on_refuse(message)
+            warn(message)
         while len(running) < capacity:
             given = again.pop() if again else next(left, None)
             if given is None:

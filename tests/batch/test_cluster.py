@@ -20,8 +20,7 @@ from batches import (
     SMALL,
     Finished,
     Note,
-    Refused,
-    Waiting,
+    Warned,
     batch,
     command,
     events_of,
@@ -248,7 +247,7 @@ def test_a_worker_that_cannot_mesh_is_told_and_left_out_and_the_others_get_the_c
 
     def hire(event):
         events.append(event)
-        if isinstance(event, Waiting) and event.message.endswith("waiting for others"):
+        if isinstance(event, Warned) and event.message.endswith("waiting for others"):
             own.hire(1)  # only now is there somebody for the cases
 
     try:
@@ -256,12 +255,10 @@ def test_a_worker_that_cannot_mesh_is_told_and_left_out_and_the_others_get_the_c
     finally:
         own.close()
     assert (totals["cases"], totals["failed"]) == (6, 0)
-    (refused,) = [event.message for event in events if isinstance(event, Refused)]
+    told = [event.message for event in events if isinstance(event, Warned)]
+    (refused,) = [message for message in told if not message.startswith("no workers")]
     assert re.match(r"the worker at tcp://[\d.]+:\d+ " + re.escape(FOUND[kind]), refused)
-    assert (
-        f"no workers at {own.address} are left that can mesh"
-        in [e.message for e in events if isinstance(e, Waiting)][-1]
-    )
+    assert f"no workers at {own.address} are left that can mesh" in told[-1]
     assert [row["attempts"] for row in totals["rows"]] == [1] * 6
 
 
@@ -396,7 +393,7 @@ def test_a_scheduler_without_workers_is_told_of_once_and_the_batch_goes_on_when_
     waits, rows = [], []
 
     def hire(event):
-        if isinstance(event, Waiting):
+        if isinstance(event, Warned):
             waits.append(event.message)
             own.hire(1)
         if isinstance(event, Finished):
