@@ -7,9 +7,8 @@ import numpy as np
 from annotated_types import Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import library
-from bubblemesh.kernels.relaxing import CUTOFF, Pull, forces, pair_force
+from bubblemesh.arrays import Floats
+from bubblemesh.kernels.relaxing import CUTOFF, Pull, forces
 from bubblemesh.packing.neighbours import Neighbours
 from bubblemesh.records import record
 
@@ -44,33 +43,10 @@ class BoundForce:
     strength: Floats
 
     @cached_property
-    def ends(self) -> Integers:
-        """First and second members (2, m) of the pairs."""
-        return np.ascontiguousarray(self.neighbours.pairs.T)
-
-    @cached_property
     def pull(self) -> Pull:
-        """Forces between the pairs, as compiled kernels take them."""
+        """Forces between the pairs, as kernels take them."""
         return Pull(self.neighbours.pairs, self.neighbours.contact, self.strength, CUTOFF)
 
     def __call__(self, x: Floats) -> Floats:
         """Forces (n, 2) on bubbles at x (n, 2)."""
-        compiled = library()
-        return self._in_numpy(x) if compiled is None else forces(compiled, x, self.pull)
-
-    def _in_numpy(self, x: Floats) -> Floats:
-        i, j = self.ends
-        # Column by column, which NumPy does several times faster than row by row.
-        dx, dy = (column.take(i) - column.take(j) for column in np.ascontiguousarray(x.T))
-        distance = np.sqrt(dx * dx + dy * dy)
-        contact = self.neighbours.contact
-        # Coinciding bubbles have no direction to part in: they stay until population control removes one.
-        size = pair_force(distance / contact) / np.maximum(distance, 1e-12 * contact)
-        columns = [self.strength * self._summed(size * part) for part in (dx, dy)]
-        return np.column_stack(columns)
-
-    def _summed(self, along: Floats) -> Floats:
-        """Sums (n,), bubble by bubble, of the pairs' forces (m,) along an axis."""
-        i, j = self.ends
-        n = len(self.strength)
-        return np.asarray(np.bincount(i, along, minlength=n) - np.bincount(j, along, minlength=n), float)
+        return forces(x, self.pull)

@@ -3,11 +3,8 @@
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, taken
-from bubblemesh.kernels.library import library
-from bubblemesh.kernels.pairs import near_pairs
+from bubblemesh.kernels.pairs import pairs_within
 from bubblemesh.records import record
-
-CLASSES_PER_OCTAVE = 2
 
 
 @record
@@ -39,54 +36,6 @@ class Neighbours:
     def drift(self, x: Floats) -> float:
         """Largest distance of a bubble at x (n, 2) from where it was then, in units of its spacing."""
         return float(np.sqrt(np.max(((x - self.x) ** 2).sum(axis=1) / self.d**2)))
-
-
-def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
-    """Pairs (m, 2) of points (n, 2) that are nearer than ``reach`` times the mean of their spacings d (n,).
-
-    The first member of each pair has the lower number; the pairs ascend.
-    """
-    compiled = library()
-    return _pairs_by_classes(x, d, reach) if compiled is None else near_pairs(compiled, x, d, reach)
-
-
-def _pairs_by_classes(x: Floats, d: Floats, reach: float) -> Integers:
-    """The pairs of `pairs_within`, by searches in NumPy and SciPy.
-
-    Points are sorted into classes of like spacing; each class searches itself and every finer one, so that the work
-    stays proportional to the pairs however much d varies.
-    """
-    from scipy.spatial import cKDTree  # takes longer to load than to mesh a small case without it
-
-    if len(x) == 0:
-        return np.empty((0, 2), np.int64)
-    octave = np.floor(CLASSES_PER_OCTAVE * np.log2(d / d.min())).astype(int)
-    order = np.argsort(octave, kind="stable")
-    classes = np.split(order, np.flatnonzero(np.diff(octave[order])) + 1)
-    coarsest = [float(d[some].max()) for some in classes]
-    found = []
-    for number, mine in enumerate(classes):
-        tree = cKDTree(x[mine])
-        found.append(mine[tree.query_pairs(reach * coarsest[number], output_type="ndarray")])
-        for finer, largest in zip(classes[:number], coarsest, strict=False):
-            # Around a fine spot lie bubbles of all sizes: a radius for each size keeps far ones out.
-            radius = reach * (coarsest[number] + largest) / 2
-            others = _within(finer, x, x[mine], radius)
-            if len(others):
-                near = tree.sparse_distance_matrix(cKDTree(x[others]), radius, output_type="ndarray")
-                found.append(np.column_stack([mine[near["i"]], others[near["j"]]]))
-    pairs = np.concatenate(found).astype(np.int64)
-    i, j = pairs.T
-    squared = np.square(x[i] - x[j]).sum(axis=1)
-    pairs = pairs[squared < np.square(reach * (d[i] + d[j]) / 2)]
-    pairs.sort(axis=1)
-    return pairs[np.lexsort(pairs.T[::-1])]
-
-
-def _within(candidates: Integers, x: Floats, around: Floats, margin: float) -> Integers:
-    """Candidates (k,) that lie in the bounding box of other points (m, 2), widened by a margin."""
-    low, high = around.min(axis=0) - margin, around.max(axis=0) + margin
-    return candidates[((x[candidates] >= low) & (x[candidates] <= high)).all(axis=1)]
 
 
 def next_to(pairs: Integers, marked: Booleans) -> Booleans:

@@ -13,12 +13,13 @@ from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, any_of_rows, taken
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.pairs import pairs_within
 from bubblemesh.kernels.relaxing import CUTOFF
 from bubblemesh.meshes.quality import edge_ratios
 from bubblemesh.meshes.triangulation import circumcircles, sorted_triangles
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, next_to, pairs_within
+from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set, next_to
 from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.splicing import spliced
 from bubblemesh.records import record

@@ -14,7 +14,7 @@ from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton
 from bubblemesh.kernels.enclosing import enclosed
 from bubblemesh.kernels.library import library
 from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
-from bubblemesh.kernels.pairs import near_pairs
+from bubblemesh.kernels.pairs import pairs_within
 from bubblemesh.kernels.refining import refined_triangles
 from bubblemesh.kernels.relaxing import Steps
 from bubblemesh.kernels.shapes import Descent, eta, eta_in_numpy
@@ -164,7 +164,7 @@ def test_any_points_have_the_pairs_of_a_double_loop(seed):
     x, d = odd(random, (n, 2)), np.abs(odd(random, n))
     apart, most = x[:, None] - x, 1.9 * (d[:, None] + d) / 2
     near = np.triu((apart * apart).sum(axis=2) < most * most, 1)
-    np.testing.assert_array_equal(near_pairs(library(), x, d, 1.9), np.argwhere(near))
+    np.testing.assert_array_equal(pairs_within(x, d, 1.9), np.argwhere(near))
 
 
 def linked_tensors(random):

@@ -7,9 +7,10 @@ from lattices import packed_hexagon, uniform
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.relaxing import pair_force
 from bubblemesh.packing import relaxation
 from bubblemesh.packing.bubbles import Bubbles
-from bubblemesh.packing.forces import VanDerWaals, pair_force
+from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import ClassicalRungeKutta, SecondOrderEuler, SemiImplicitEuler
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion, boundary_bubbles
