@@ -73,7 +73,7 @@ def _surfaces_joined(blocks: list[NumberRows], notes: list[str]) -> list[NumberR
         if max(abs(value) for row in rows[1:] for value in row[:2]) <= 2 < min(counts):
             raise CaseError(
                 f"line {blocks[0].line} gives {upper} and {lower} points of an upper and a lower surface, but there "
-                f"are {len(rows) - 1}: correct the numbers, or remove the line"
+                f"are {len(rows) - 1}: correct the numbers, or put # before the line if it is a header"
             )
     starts = [block.rows[0][:2] for block in blocks]
     if len(blocks) == 2 and starts[0] == starts[1] and all(_is_surface(block.rows) for block in blocks):

@@ -16,6 +16,7 @@ from bubblemesh.readers.slips import Slips
 from bubblemesh.readers.tables import (
     NUMBER,
     SEPARATOR,
+    STARTS_AS_NUMBER,
     TableLine,
     has_decimal_commas,
     named_rows,
@@ -23,6 +24,7 @@ from bubblemesh.readers.tables import (
     numbers_in,
     plain_line,
     table_lines,
+    title_line,
 )
 
 FEWEST_POINTS = 3  # points of a ring, after which a line of words ends it
@@ -79,8 +81,8 @@ def read_points(path: Path) -> FeatureCollection:
 
 def _first_two(text: str) -> tuple[list[tuple[int, tuple[float, float], dict[str, str]]], tuple[str, ...]]:
     """Line, place and empty properties of each row with two numbers or more, and notes; words are left out."""
-    decimal = has_decimal_commas(text)
-    rows, widest = [], 0
+    decimal = has_decimal_commas(text, title_line(text))
+    rows, widest, notes = [], 0, list[str]()
     for number, line in enumerate(text.splitlines(), start=1):
         plain = plain_line(line, number)
         plain = plain.replace(",", ".") if decimal else plain
@@ -90,8 +92,12 @@ def _first_two(text: str) -> tuple[list[tuple[int, tuple[float, float], dict[str
             widest = max(widest, len(words))
         elif plain and rows:
             raise CaseError(f"line {number}: not a point: {shown(line, 40)!r}: give two numbers in a line")
-    more = "the first two numbers of each line are taken as x and y: name columns x and y in the first line to choose"
-    return rows, (more,) if widest > 2 else ()
+        elif plain and _is_slip(line):
+            notes.append(_header_note(number, line))
+    if widest > 2:
+        more = "name columns x and y in the first line to choose"
+        notes.append(f"the first two numbers of each line are taken as x and y: {more}")
+    return rows, tuple(notes)
 
 
 class _Blocks(NamedTuple):
@@ -111,10 +117,11 @@ def _blocks(path: Path) -> _Blocks:
         notes[f"columns {named[1]} are taken as x and y, others are not used"] = None
         found = list(_parted(iter([*lines, TableLine(0, "", [])]), notes))
     else:
-        if has_decimal_commas(text):
+        title = title_line(text)
+        if has_decimal_commas(text, title):
             notes["commas are taken as decimal points"] = None
             text = text.replace(",", ".")
-        found = list(_parted(table_lines(text), notes))
+        found = list(_parted(table_lines(text, title), notes))
     blocks, more = airfoil_outlines(found)
     if not blocks:
         raise CaseError("there are no points in it: give two numbers in a line")
@@ -139,7 +146,7 @@ def _parted(lines: Iterator[TableLine], notes: dict[str, None]) -> Iterator[Numb
             if _is_slip(text):
                 if rows:
                     raise _no_point(number, text)
-                notes[f"line {number} is taken as a header: {shown(text, 40)!r}"] = None
+                notes[_header_note(number, text)] = None
             elif 0 < len(rows) < FEWEST_POINTS:
                 raise _no_point(number, text)
             elif rows:
@@ -150,7 +157,7 @@ def _parted(lines: Iterator[TableLine], notes: dict[str, None]) -> Iterator[Numb
             rows = []
             continue
         if len(values) < 2:
-            raise CaseError(f"line {number}: one number alone: a point has two")
+            raise CaseError(f"line {number}: one number alone: a point has two; put # before a header")
         first = first if rows else number
         rows.append(values)
 
@@ -159,8 +166,14 @@ def _no_point(number: int, text: str) -> CaseError:
     return CaseError(f"line {number}: not a point: {shown(text, 40)!r}: give two numbers in a line")
 
 
+def _header_note(number: int, text: str) -> str:
+    return f"line {number} is taken as a header: {shown(text, 40)!r}"
+
+
 def _is_slip(text: str) -> bool:
-    """Whether a line of words may be a mistyped point such as ``O 0`` and not a header such as ``NACA 0012``."""
-    words = [word for word in SEPARATOR.split(text.strip()) if word]
+    """Whether a line of words may be a mistyped point, as ``O 0`` or ``1.O 0``, and not a header, as ``NACA 0012``."""
+    words = [word for word in SEPARATOR.split(text.strip().replace('"', "")) if word]
+    if STARTS_AS_NUMBER.match(words[0]):
+        return True
     others = [word for word in words if numbers_in([word]) is None]
     return len(others) < len(words) and any(len(word) == 1 or any(c.isdigit() for c in word) for word in others)

@@ -22,6 +22,8 @@ QUOTED_OR_COMMENT = re.compile(r'"([^"]*)"|[#%!].*')
 # No text can be matched in two ways: else a line of a thousand digits would be tried in a million ways.
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.IGNORECASE)
 STARTS_AS_NUMBER = re.compile(r"[-+.]*\d")
+LETTER = re.compile(r"[^\W\d_]")
+PER_CENT = re.compile(rf"\s*[\d.]+\s*%.*{LETTER.pattern}")  # as 12% JOUKOWSKI, where % begins no comment
 DECIMAL_COMMA = re.compile(r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?")
 WITH_COMMA = re.compile(r"[-+]?\d[\d.]*,[\d.,]*([eE][-+]?\d+)?")
 THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")  # may also be a number with three decimals
@@ -73,12 +75,15 @@ def read_columns(path: Path, names: Sequence[str]) -> Floats:
     return np.array(rows)
 
 
-def table_lines(content: str) -> Iterator[TableLine]:
-    """The lines of a text, and an empty one at its end.
+def table_lines(content: str, title: int = 0) -> Iterator[TableLine]:
+    """The lines of a text, and an empty one at its end; that with the number ``title`` is words, whatever is in it.
 
     CaseError if a line begins like a number but is not one, or if a column is empty; the same errors as `plain_line`.
     """
     for number, text in enumerate([*content.splitlines(), ""], start=1):
+        if number == title:
+            yield TableLine(number, text, None)
+            continue
         words = SEPARATOR.split(plain_line(text, number))
         if len(words) > 1 and words[-1] == "":  # a separator at the end of the line
             words.pop()
@@ -89,6 +94,22 @@ def table_lines(content: str) -> Iterator[TableLine]:
         if values is None and STARTS_AS_NUMBER.match(words[0]):
             raise CaseError(f"line {number}: no numbers: {shown(text, 40)!r}: correct it, or mark it as a comment by #")
         yield TableLine(number, text, values)
+
+
+def title_line(content: str) -> int:
+    """Number of the first line that is not blank or a comment, if it has letters and is no row of numbers; else 0.
+
+    The same CaseError as `plain_line`.
+    """
+    for number, text in enumerate(content.splitlines(), start=1):
+        plain = plain_line(text, number)
+        words = [word for word in SEPARATOR.split(plain) if word]
+        if not words:
+            continue
+        if numbers_in(words) is None:
+            return number if LETTER.search(plain) else 0
+        return number if len(words) == 1 and PER_CENT.match(text) else 0
+    return 0
 
 
 def plain_line(text: str, number: int) -> str:
@@ -137,10 +158,10 @@ def number_of(word: str) -> float:
         return float(word.upper().replace("D", "E"))
 
 
-def has_decimal_commas(content: str) -> bool:
+def has_decimal_commas(content: str, title: int = 0) -> bool:
     """Whether the commas of a table are decimal points, since numbers are separated by blanks in each line.
 
-    The same CaseError as `plain_line`.
+    The line with the number ``title`` does not count. The same CaseError as `plain_line`.
     """
     found = False
     for number, text in enumerate(content.splitlines(), start=1):
@@ -148,7 +169,7 @@ def has_decimal_commas(content: str) -> bool:
         words = plain.split()
         if ";" in plain:
             return False
-        if not words or not STARTS_AS_NUMBER.match(words[0]):
+        if number == title or not words or not STARTS_AS_NUMBER.match(words[0]):
             continue
         if len(words) < 2 or not all(DECIMAL_COMMA.fullmatch(word) for word in words):
             return False

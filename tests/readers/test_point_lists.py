@@ -73,6 +73,33 @@ class TestAirfoils:
         with pytest.raises(CaseError, match=r"line 2 gives 35 and 31 points .* but there are 62: correct the numbers"):
             domain(written("foil.dat", text))
 
+    @pytest.mark.parametrize("form", ["selig", "lednicer", "commas"])
+    @pytest.mark.parametrize("header", ["20-32C AIRFOIL", "74-130 WP2", "12% JOUKOWSKI AIRFOIL", '"2032c"'])
+    def test_a_header_may_begin_with_a_digit(self, written, header, form):
+        _, _, rest = AIRFOILS[form].partition("\n")
+        path = written("foil.dat", f"{header}\n{rest}")
+        (ring,) = read_rings(path, Selection())
+        assert len(ring.vertices) == len(LOOP)
+        assert f"foil.dat: line 1 is taken as a header: {header!r}" in ring.notes
+
+    @pytest.mark.parametrize("remark", ["0.5 0.25 % the trailing edge", "# 12% thick", "! made up"])
+    def test_a_remark_is_no_header(self, written, remark):
+        (ring,) = read_rings(written("foil.dat", f"{remark}\n{rows(LOOP)}"), Selection())
+        assert not ring.notes
+
+    @pytest.mark.parametrize(
+        ("header", "told"),
+        [
+            ("4412", "line 1: one number alone: a point has two; put # before a header"),
+            ("63 412", r"line 1 gives 63 and 412 points .* are 61: correct the numbers, or put # before .* a header"),
+        ],
+    )
+    def test_numbers_that_may_be_a_header_are_told(self, written, header, told):
+        with pytest.raises(CaseError, match=told):
+            read_rings(written("foil.dat", f"{header}\n{rows(LOOP)}"), Selection())
+        (ring,) = read_rings(written("foil.dat", f"#{header}\n{rows(LOOP)}"), Selection())
+        assert len(ring.vertices) == len(LOOP)
+
     def test_a_corner_at_999_is_a_corner_of_a_large_domain(self, written):
         (ring,) = read_rings(written("a.txt", "0 0\n1000 0\n999 999\n0 500\n"), Selection())
         assert len(ring.vertices) == 4
@@ -146,6 +173,12 @@ class TestQuotes:
         told = f"line {line}: the comma in '{cell}' may be a decimal point or part thousands: write numbers without"
         with pytest.raises(CaseError, match=re.escape(told)):
             domain(written("a.csv", text))
+
+    @pytest.mark.parametrize("header", ["20-32C wells", "2 wells", "12% of all", "O 0"])
+    def test_a_header_of_points_with_digits_is_told(self, written, header):
+        places, notes = read_points(written("a.csv", f"{header}\n10,5 20,5\n30,5 40,5\n"), Selection(), None)
+        assert [place.at for place in places] == [(10.5, 20.5), (30.5, 40.5)]
+        assert notes == (f"a.csv: line 1 is taken as a header: {header!r}",)
 
     def test_names_hold_commas_and_numbers(self, written):
         places, _ = read_points(written("a.csv", '"Well 3, north",10,20\n"Well #4; 5 6",30,40\n'), Selection(), None)
