@@ -212,7 +212,7 @@ def _ending(line: OpenPath, last: bool, at: Point, reach: float, stops: Collecti
         with about(line.key):
             raise GeometryError(f"join is too much for the line {line.name} at {place(at)}: make it smaller")
     sides[-1] = sides[-1]._replace(curve=_led(sides[-1].curve, start, end, at))
-    return replace(line, sides=tuple(sides), vertices=(*vertices[:-1], at))
+    return replace(line, sides=tuple(sides), vertices=(*vertices[:-1], at), joined=True)
 
 
 def _is_spare(sides: Sequence[Side], vertex: Point, at: Point, reach: float, stops: Collection[Point]) -> bool:

@@ -304,6 +304,8 @@ class OpenPath:
     lost: tuple[str, ...] = ()  # labels that only sides without length had, which are merged
     origin: str | None = field(default=None, compare=False)  # file and place in it, for messages
     unit: float = 1.0  # length of what was 1 where the line is drawn, in the case or in its file
+    named: bool = True  # whether the label was given, not made up
+    joined: bool = False  # whether an end was moved to what it nearly met
 
     @property
     def name(self) -> str:

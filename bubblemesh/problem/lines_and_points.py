@@ -36,11 +36,12 @@ def lines_of(keys: InnerKeys, rings: Sequence[Ring]) -> list[OpenPath]:
             found = drawn(_lines(line), line)
         for path in found:
             label = path.label or f"line-{len(lines) + 1}"
-            lines.append(replace(path, label=label, key=key, optional=path.optional or line.outside == "skip"))
+            optional = path.optional or line.outside == "skip"
+            lines.append(replace(path, label=label, named=bool(path.label), key=key, optional=optional))
             models.append(line)
     if isinstance(keys, FileDomain):
         for path in drawn(readers.read_inner_lines(Path(keys.file), named_in_file(keys)), keys):
-            lines.append(replace(path, label=f"line-{len(lines) + 1}", key=DOMAIN))
+            lines.append(replace(path, label=f"line-{len(lines) + 1}", named=False, key=DOMAIN))
             models.append(None)
     return _with_changes(lines, models, rings)
 

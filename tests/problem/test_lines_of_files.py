@@ -1,6 +1,7 @@
 """Embedded lines that are joined, simplified, or followed as curves."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -99,6 +100,43 @@ spacing: 1
         plain, asked = (problem_of(f"{{file: a.geojson{keys}}}", a=lines) for keys in ("", ", join: 0.1"))
         assert ends_of(asked) == ends_of(plain)
         assert asked.warnings == plain.warnings == ()
+
+
+class TestLinesOnOthers:
+    """Lines all of which lies on others, without `join` or by it."""
+
+    @pytest.mark.parametrize(("keys", "name"), [("", "line-{}"), (", label: frac", "frac")])
+    @pytest.mark.parametrize(("y", "after"), [([50, 50], ""), ([50.08, 50.09], " after join")])
+    def test_rows_of_a_file_count_once(self, problem_of, keys, name, y, after):
+        problem = problem_of(
+            f"{{file: a.geojson, join: 0.1{keys}}}", a=[[[10, 50], [90, 50]], [*zip([30, 40], y, strict=True)]]
+        )
+        boundary = problem.domain.boundary
+        assert boundary.lengths[boundary.inner].sum() == pytest.approx(80)
+        one, other = (f"{name.format(k)!r} (a.geojson: feature {k - 1})" for k in (1, 2))
+        told = f"1 line left out, of which all lies on others, the first, {other} at (35, 50), on the line {one}{after}"
+        assert told in problem.warnings
+
+    def test_rows_that_cover_a_part_of_each_other_share_it(self, problem_of):
+        problem = problem_of("{file: a.geojson, label: frac}", a=[[[10, 50], [60, 50]], [[40, 50], [90, 50]]])
+        boundary = problem.domain.boundary
+        assert boundary.lengths[boundary.inner].sum() == pytest.approx(80)
+        assert problem.warnings == ()
+
+    @pytest.mark.parametrize(
+        ("path", "where"),
+        [
+            ("[[30, 50], [40, 50]]", "at (35, 50) lies on the line 'a': move or remove it, or give both one label"),
+            ("[[30, 50.08], [40, 50.09]]", "on the line 'a' after join: make join smaller, or remove the line"),
+            ("[[0.01, 10], [0.02, 20]]", "at (0, 15) lies on the boundary of the domain, 'outer' after join: make"),
+            ("[[0, 10], [0, 20]]", "lies on the boundary of the domain, 'outer': move or remove it"),
+            ("[[-9, 10], [-9, 20]]", "lies outside the domain: move or remove it, or leave it out by outside: skip"),
+            ("[[80, 50], [120, 50]]", "lies outside the domain and on the line 'a': move or remove it"),
+        ],
+    )
+    def test_a_line_whose_label_would_be_lost_is_refused_with_the_cause(self, problem_of, path, where):
+        with pytest.raises(GeometryError, match=rf"the line 'b' .*{re.escape(where)}"):
+            problem_of(f"{{path: [[10, 50], [100, 50]], label: a}}, {{path: {path}, label: b, join: 0.1}}")
 
 
 class TestFollowing:

@@ -10,6 +10,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers, turned_left
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
+from bubblemesh.geometry.arrangement.covered_lines import covered_lines
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.regions import (
     InnerParts,
@@ -20,7 +21,7 @@ from bubblemesh.geometry.arrangement.regions import (
     regions_around,
 )
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
+from bubblemesh.geometry.paths import InnerPoint, OpenPath
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import place
@@ -39,8 +40,8 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     Raises
     ------
     GeometryError
-        If regions overlap or lie outside, a line or a point is outside of the domain, or a vertex is next to a line but
-        not on it; with the coordinates.
+        If regions overlap or lie outside, a line or a point is outside of the domain, a line lies on others with other
+        labels, or a vertex is next to a line but not on it; with the coordinates.
     """
     for region in parts.regions:
         _ = region.polygon  # an invalid ring is reported before it is compared with others
@@ -49,14 +50,15 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
     whole = noded(whole, size, len(boundary.corners), parts)
     keep, pairs = doubles(whole, tolerance)
-    notes = overlap_notes(whole, parts.lines, pairs[keep[pairs[:, 1]]])
+    along = pairs[keep[pairs[:, 1]]]
     single = whole.select(np.flatnonzero(keep))
     sides = _Sides.of(single, whole, parts, polygon)
     sides.require_regions_apart()
     single = clipped_to_domain(sides.numbered(), parts.points, tolerance)
-    _require_lines(single, parts.lines)
+    covered, notes = covered_lines(whole, parts.lines, set(single.ring.tolist()), along, polygon)
     sides.require_seen(single)
-    return replace(single, ring=np.maximum(single.ring, -1)), notes
+    partly = along[~np.isin(whole.ring[along[:, 0]], covered)]
+    return replace(single, ring=np.maximum(single.ring, -1)), (*notes, *overlap_notes(whole, parts.lines, partly))
 
 
 def _size(polygon: shapely.Polygon) -> float:
@@ -145,19 +147,6 @@ def _require_inside_once(points: Sequence[InnerPoint], corners: Sequence[int], i
             if not is_inside:
                 raise GeometryError(f"the point {label!r} at {at} lies outside the domain: move or remove it")
         owner[corner] = label
-
-
-def _require_lines(boundary: Boundary, paths: Sequence[OpenPath]) -> None:
-    left = set(boundary.ring.tolist())
-    for number, path in enumerate(paths, start=1):
-        if -number not in left:
-            curve = Boundary.of([Ring(path.sides, path.vertices[:-1])])
-            where = place(curve.points(np.zeros(1, np.int64), curve.lengths[:1] / 2)[0])
-            with about(path.key):
-                raise GeometryError(
-                    f"the line {path.name} at {where} lies outside the domain, on its boundary, or on another line: "
-                    "move or remove it"
-                )
 
 
 @record

@@ -292,7 +292,11 @@ MISTAKES = [
         {"lines": ["{path: [[2, 2], [3, 3]], label: far}"]},
         r"the line 'far' at \(2\.5, 2\.5\) lies outside the domain",
     ),
-    ([], {"lines": ["{path: [[0, 0], [1, 0]]}"]}, r"the line 'line-1' at \(0\.5, 0\) lies .* on its boundary"),
+    (
+        [],
+        {"lines": ["{path: [[0, 0], [1, 0]]}"]},
+        r"the line 'line-1' at \(0\.5, 0\) lies on the boundary .*, 'bottom': move",
+    ),
     ([], {"lines": ["{path: [[0.5, 0.5], [0.5, 0.5]]}"]}, r"line 1: the line at \(0\.5, 0\.5\) has no length"),
 ]
 
