@@ -22,7 +22,7 @@ NEWTON_STEPS = 4  # to the foot of an end on a curve, from the nearest of its ch
 
 
 class End(NamedTuple):
-    """The first or the ``last`` point of a line, which may move by less than ``reach``."""
+    """The first or the ``last`` point of a line, which may move by ``reach``."""
 
     line: int
     last: bool
@@ -42,30 +42,41 @@ class Foot(NamedTuple):
 def joined(lines: Sequence[OpenPath], reaches: Sequence[float], rings: Sequence[Ring]) -> list[OpenPath]:
     """The lines with ends moved to what they nearly meet: ends of other lines, vertices, or places on sides.
 
-    An end moves by less than the reach of its line, 0 for lines that stay; those that meet something already stay, too.
+    An end moves by no more than the reach of its line, 0 for lines that stay; those that meet something already stay,
+    too. Of a chain of ends, each near the next, those move that are near the place; the others meet what is moved then.
     A line on whose straight side an end lies gets a vertex there. The first line that is moved has a note.
     GeometryError if a line is shorter than its reach.
     """
+    made, moved, waiting = list(lines), dict[End, Point](), _ends(lines, reaches)
+    while waiting:  # each round leaves fewer of them
+        made, placed, waiting = _joined_once(made, waiting, reaches, rings)
+        moved |= placed
+    return _noted(made, moved)
+
+
+def _joined_once(
+    lines: Sequence[OpenPath], ends: Sequence[End], reaches: Sequence[float], rings: Sequence[Ring]
+) -> tuple[list[OpenPath], dict[End, Point], list[End]]:
+    """The lines with some of the ends moved, the places of these, and the ends that may still meet what was moved."""
     around = Surroundings(lines, rings)
-    ends = _ends(lines, reaches)
     met = [around.feet(end, around.tolerance, [end.line]) for end in ends]
     feet = [foot._replace(at=end.at) for end, found in zip(ends, met, strict=True) for foot in found]
     free = [end for end, found in zip(ends, met, strict=True) if end.reach > 0 and not found]
-    places: dict[tuple[int, bool], Point] = {}
+    moved, waiting = dict[End, Point](), list[End]()
     for group in _groups(free):
-        _require_long(lines, group)
         at, foot = around.target(group)
-        places |= {(end.line, end.last): at for end in group if at is not None}
+        near = [end for end in group if at is not None and dist(end.at, at) <= end.reach + around.tolerance]
+        if at is None or not near:
+            continue
+        _require_long(lines, near)
+        moved |= dict.fromkeys(near, at)
+        waiting += [end for end in group if end not in moved]
         feet += [] if foot is None else [foot]
     stops = {*shared_vertices(lines, rings), *(foot.at for foot in feet)}
-    made = []
-    for number, line in enumerate(lines):
-        divided = _divided(line, [foot for foot in feet if foot.line == number])
-        for last in (False, True):
-            if (number, last) in places:
-                divided = _ending(divided, last, places[number, last], reaches[number], stops)
-        made.append(divided)
-    return _noted(made, [end for end in free if (end.line, end.last) in places], places)
+    made = [_divided(line, [foot for foot in feet if foot.line == number]) for number, line in enumerate(lines)]
+    for end, at in sorted(moved.items()):
+        made[end.line] = _ending(made[end.line], end.last, at, end.reach, stops)
+    return made, moved, waiting
 
 
 def shared_vertices(lines: Sequence[OpenPath], rings: Sequence[Ring]) -> set[Point]:
@@ -155,7 +166,8 @@ class Surroundings:
         if feet:
             foot = min(feet)[1]
             return foot.at, foot
-        return (group[0].at, None) if len(group) > 1 else (None, None)
+        others = (one.at for one in group if any(end != one and dist(end.at, one.at) <= end.reach for end in group))
+        return next(others, None), None
 
     def _vertices_near(self, end: End, without: Sequence[int]) -> list[tuple[float, Point]]:
         """Distances and places of vertices of others within the reach of an end."""
@@ -236,14 +248,13 @@ def _reversed(line: OpenPath) -> OpenPath:
     return replace(line, sides=sides, vertices=line.vertices[::-1])
 
 
-def _noted(lines: Sequence[OpenPath], moved: Sequence[End], places: Mapping[tuple[int, bool], Point]) -> list[OpenPath]:
+def _noted(lines: Sequence[OpenPath], moved: Mapping[End, Point]) -> list[OpenPath]:
     """The lines, of which the first one that was moved has a note on all."""
-    gaps = [(dist(end.at, places[end.line, end.last]), end) for end in moved]
-    gaps = [(gap, end) for gap, end in gaps if gap > 0]
+    gaps = sorted((end.line, dist(end.at, at), end) for end, at in moved.items() if end.at != at)
     found = list(lines)
     if gaps:
-        widest, where = max(gaps)
+        widest, where = max((gap, end) for _, gap, end in gaps)
         note = f"{counted(len(gaps), 'end')} of lines joined, the widest gap ({widest:.3g}) at {place(where.at)}"
-        first = gaps[0][1].line
+        first = gaps[0][0]
         found[first] = replace(found[first], notes=(*found[first].notes, note))
     return found

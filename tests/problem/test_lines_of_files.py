@@ -74,6 +74,35 @@ spacing: 1
         assert ends[50.0, 50.0] == 3
         assert len(ends) == 4 + 4
 
+    def test_an_end_moves_by_no_more_than_the_length_in_a_chain(self, problem_of):
+        problem = problem_of(
+            "{path: [[10, 50], [90, 50]]}, {path: [[50, 50.9], [60, 90]], join: 1}, "
+            "{path: [[49.6, 51.7], [30, 90]], join: 1}"
+        )
+        first, second, third = problem.domain.parts.lines
+        assert (second.vertices[0], second.vertices[0] in first.vertices) == ((50, 50), True)
+        assert 0.5 < np.hypot(*np.subtract(third.vertices[0], (49.6, 51.7))) < 1
+        assert third.vertices[0] in second.vertices
+
+    def test_ends_of_a_network_move_by_no_more_than_the_length(self, tmp_path, problem_of):
+        rng = np.random.default_rng(3)
+        middles, angles = rng.uniform(20, 80, (80, 2)), rng.uniform(0, np.pi, 80)
+        along = np.column_stack([np.cos(angles), np.sin(angles)]) * rng.uniform(6, 14, (80, 1))
+        rows = np.stack([middles - along, middles + along], axis=1)
+        lines = problem_of("{file: a.geojson, join: 2}", a=rows.tolist()).domain.parts.lines
+        moves = [
+            np.subtract(line.vertices[end], row[end]) for line, row in zip(lines, rows, strict=True) for end in (0, -1)
+        ]
+        lengths = np.hypot(*np.array(moves).T)
+        assert (lengths > 0).sum() > 20
+        assert lengths.max() < 2 + 1e-9
+
+    def test_an_end_goes_no_farther_than_the_length_of_its_own_line(self, problem_of):
+        lines = "{path: [[10, 10], [50, 50]], join: %g}, {path: [[50.5, 50], [90, 10]], join: %g}"
+        for far in ((1, 0.1), (0.1, 1)):
+            one, other = problem_of(lines % far).domain.parts.lines
+            assert one.vertices[-1] == other.vertices[0] == ((50, 50) if far[1] == 1 else (50.5, 50))
+
     def test_vertices_beside_the_place_are_left_out(self, problem_of):
         tail = [[30, 90], [30, 50.03], [30.01, 49.98], [30, 49.96]]
         problem = problem_of("{path: [[10, 50], [90, 50]]}, {file: a.geojson, join: 0.1}", a=[tail])
