@@ -17,16 +17,28 @@ from bubblemesh.errors import BubblemeshError, prefixed
 from bubblemesh.files import confined_to, has_copies, local_copies, read_bytes
 
 
-def named_files(model: Strict) -> Iterator[Path]:
-    """The files that a case, or a part of it, names, with those that belong to them."""
-    if isinstance(model, SelectedFile | ShorelineKeys):
-        yield from readers.files_of(Path(model.file))
-    if isinstance(model, DataTerm):
-        yield from model.files()
+def parts_of(model: Strict) -> Iterator[Strict]:
+    """A case, or a part of it, and all parts within that."""
+    yield model
     for value in vars(model).values():  # far quicker than by the model itself, and there may be many
         for part in value if isinstance(value, tuple) else [value]:
             if isinstance(part, Strict):
-                yield from named_files(part)
+                yield from parts_of(part)
+
+
+def named_files(model: Strict) -> Iterator[Path]:
+    """The files that a case, or a part of it, names, with those that belong to them."""
+    for part in parts_of(model):
+        if isinstance(part, SelectedFile | ShorelineKeys):
+            yield from readers.files_of(Path(part.file))
+        if isinstance(part, DataTerm):
+            yield from part.files()
+
+
+def unit_of_files(model: Strict) -> str | None:
+    """The first unit of length that a case, or a part of it, names for a file, if there is one."""
+    units = (part.units for part in parts_of(model) if isinstance(part, SelectedFile))
+    return next((unit for unit in units if unit is not None), None)
 
 
 def files_of_case(case: Case) -> list[Path]:

@@ -17,6 +17,7 @@ from bubblemesh.problem.compatibility import require_possible
 from bubblemesh.problem.crs import given_bounds, require_one_unit, sizes_in_metres
 from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
+from bubblemesh.problem.files import unit_of_files
 from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
 from bubblemesh.problem.lines_and_points import has_followable
 from bubblemesh.problem.node_target import CLOSE, CountTrial, Scales, ScaleSearch, fit_node_target
@@ -58,6 +59,9 @@ def prepare_for(
     problem = prepare_in(domain, request, replace(task, depth=request.depth), stopwatch, key)
     if case.crs is None:
         require_one_unit(case.domain, domain, problem.survey.extremes.minimum)
+    if request.nodes is None:
+        too_large = warnings.larger_than_the_domain(problem.survey.extremes, domain.size, unit_of_files(case.domain))
+        problem = replace(problem, warnings=(*too_large, *problem.warnings))
     require_triangles_for_parts(problem)
     return problem
 

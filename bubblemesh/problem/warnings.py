@@ -13,6 +13,7 @@ from bubblemesh.spacing.rules.gap_sources import NarrowPlace, size_across, surel
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
+from bubblemesh.spacing.survey import Extremes
 
 if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
@@ -46,6 +47,19 @@ def sharp_angles(domain: Domain) -> list[str]:
     return [
         f"{len(sharp)} angles of the domain are below {SHARPEST:g} degrees, {which} {angles}: triangles there are as "
         "sharp, and no mesh can do better"
+    ]
+
+
+def larger_than_the_domain(extremes: Extremes, size: float, unit: str | None) -> list[str]:
+    """Warning of a spacing that is nowhere as fine as the ``size`` of the domain, of a file with a ``unit``, if any."""
+    finest = extremes.minimum
+    if finest <= size:
+        return []
+    least = "at least " if finest < extremes.maximum else ""
+    made = "" if unit is None else f" (units: {unit} made its lengths metres)"
+    return [
+        f"the spacing is {least}{finest / size:.3g} times the size of the domain ({size:.3g}): are its units those of "
+        f"the domain{made}?"
     ]
 
 

@@ -3,9 +3,11 @@ import re
 import numpy as np
 import pytest
 
+from bubblemesh.case import load_case
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.geometry.rings import ArcTo, LineTo, circle, path, polygon, rectangle
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.warnings import RefiningEdges, narrow_parts, refined_boundary, sharp_angles
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
@@ -165,3 +167,23 @@ def test_boundary_that_fits_the_spacing_is_not_mentioned(domain, spacing):
     if spacing(np.array([[1.0, 1.0]]))[0] == 0.08:
         return  # the slot's end is shorter than its spacing
     assert _refined(domain, spacing, coarse_curves(domain, spacing)) == []
+
+
+@pytest.mark.parametrize(
+    ("keys", "spacing", "told"),
+    [
+        ("units: mm", "3", "30 times the size of the domain (0.1): are its units those of the domain (units: mm made"),
+        (
+            "scale: 0.001",
+            '"3 + x"',
+            "at least 30 times the size of the domain (0.1): are its units those of the domain?",
+        ),
+        ("scale: 0.001", "0.1", ""),
+    ],
+)
+def test_a_spacing_larger_than_the_domain_is_told_before_all_else(tmp_path, keys, spacing, told):
+    (tmp_path / "a.wkt").write_text("POLYGON ((0 0, 100 0, 100 50, 0 50, 0 0))")
+    (tmp_path / "a.yaml").write_text(f"domain: {{file: a.wkt, {keys}}}\nspacing: {spacing}\n")
+    warnings = prepare(load_case(tmp_path / "a.yaml")).warnings
+    assert [told in text for text in warnings if "times the size" in text] == [True] * bool(told)
+    assert not told or told in warnings[0]
