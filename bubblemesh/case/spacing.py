@@ -55,6 +55,14 @@ class NearLabel(Growing):
     label: OneOrMore[Label] = Field(description="Labels of sides, interfaces, embedded lines or points.")
 
 
+class NearEnds(Growing):
+    """Spacing near the free ends of embedded lines, such as the tips of cracks."""
+
+    ends: OneOrMore[Label] = Field(
+        description="Labels of embedded lines: the ends at which no other line, boundary or region is."
+    )
+
+
 class NearPoint(Growing):
     """Spacing near a point, which need be no node."""
 
@@ -75,10 +83,13 @@ class NearLine(Growing):
     )
 
 
-PLACES = Choice("a mapping", ("label", "point", "line"))
+PLACES = Choice("a mapping", ("label", "ends", "point", "line"))
 
 NearTerm = Annotated[
-    Annotated[NearLabel, Tag("<label>")] | Annotated[NearPoint, Tag("<point>")] | Annotated[NearLine, Tag("<line>")],
+    Annotated[NearLabel, Tag("<label>")]
+    | Annotated[NearEnds, Tag("<ends>")]
+    | Annotated[NearPoint, Tag("<point>")]
+    | Annotated[NearLine, Tag("<line>")],
     Discriminator(PLACES.tag),
     BeforeValidator(PLACES.checked),
 ]

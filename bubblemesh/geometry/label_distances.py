@@ -8,7 +8,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.distance.distances import ClosedForm, Distance
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.messages import unknown
+from bubblemesh.messages import listed, unknown
 from bubblemesh.records import record
 
 
@@ -24,6 +24,24 @@ def distance_to_labels(domain: Domain, labels: Sequence[str]) -> Distance:
     points = [point.at for point in domain.parts.points if point.label in labels]
     formula = ClosedForm.of(boundary, np.flatnonzero(named if labels else ~boundary.inner), points)
     return FromLabels(domain, tuple(labels)) if formula is None else formula
+
+
+def free_ends(domain: Domain, labels: Sequence[str]) -> Floats:
+    """Places (k, 2) where embedded lines with one of the labels end and nothing else is: no line, ring or region.
+
+    CaseError, with the known labels, if a label is unknown, or if there is no such end.
+    """
+    require_labels(domain, labels)
+    boundary, fans = domain.boundary, domain.corner_fans
+    alone = fans.following == np.arange(len(fans.piece))
+    named = np.isin(boundary.labels, list(labels))[boundary.label[fans.piece]]
+    found = boundary.corners[fans.corner[alone & named]]
+    if len(found) == 0:
+        raise CaseError(
+            f"no line with the label {listed(list(map(repr, labels)))} has a free end, where no other line, boundary "
+            "or region is: leave it out, or give the place as point"
+        )
+    return found
 
 
 def require_labels(domain: Domain, labels: Sequence[str]) -> None:

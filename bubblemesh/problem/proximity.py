@@ -1,4 +1,4 @@
-"""Spacings near labels, points and lines, that grow from there."""
+"""Spacings near labels, ends of lines, points and lines, that grow from there."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -7,11 +7,11 @@ import shapely
 
 from bubblemesh.arrays import Floats
 from bubblemesh.case.fields import several
-from bubblemesh.case.spacing import NearLabel, NearLine, NearPoint, NearTerm, SpacingTerms
+from bubblemesh.case.spacing import NearEnds, NearLabel, NearLine, NearPoint, NearTerm, SpacingTerms
 from bubblemesh.errors import Key, at_key
 from bubblemesh.geometry.distance.distances import MOST_FORMULAS, FromPoints, distance_to_line
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.label_distances import distance_to_labels, require_labels
+from bubblemesh.geometry.label_distances import distance_to_labels, free_ends, require_labels
 from bubblemesh.spacing.spacing import OneKey, Spacing
 from bubblemesh.spacing.terms.combination import Combination
 from bubblemesh.spacing.terms.proximity import NEAR_GROWTH, Proximities, Proximity
@@ -42,7 +42,7 @@ def _key_near(terms: SpacingTerms, domain: Domain) -> Callable[[Floats], Sequenc
 
 
 def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
-    """Sizes near labels, points and lines, which grow with the distance from these."""
+    """Sizes near labels, ends of lines, points and lines, which grow with the distance from these."""
     growth = NEAR_GROWTH if terms.growth is None else terms.growth
     models: tuple[NearTerm, ...] = several(terms.near)
     points = _alike(models)
@@ -51,12 +51,16 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
         yield Proximity(nearest, size, growth if own is None else own, until)
     labels: dict[tuple[float, float, float], list[str]] = {}  # by size, growth and reach
     for number, near in enumerate(models):
+        key = "spacing", "near", *([number] if len(models) > 1 else [])
         law = near.size, growth if near.growth is None else near.growth, near.until
         match near:
             case NearLabel():
-                with at_key("spacing", "near", *([number] if len(models) > 1 else []), "label"):
+                with at_key(*key, "label"):
                     require_labels(domain, several(near.label))
                 labels.setdefault(law, []).extend(several(near.label))
+            case NearEnds():
+                with at_key(*key, "ends"):
+                    yield Proximity(FromPoints(free_ends(domain, several(near.ends))), *law)
             case NearPoint():
                 if (near.size, near.growth, near.until) not in points:
                     yield Proximity(distance_to_line([near.point]), *law)
@@ -80,7 +84,7 @@ def _alike(models: Sequence[NearTerm]) -> dict[tuple[float, float | None, float]
 
 
 def near_spots(terms: SpacingTerms, domain: Domain) -> Iterator[Floats]:
-    """Points (k, 2) near which the spacing is fine; the boundary and what is embedded are looked at anyhow."""
+    """Points (k, 2) near which the spacing is fine; the boundary and embedded lines are looked at anyhow."""
     labels, models = set(terms.labels), tuple[NearTerm, ...](several(terms.near))
     for near in models:
         match near:

@@ -64,10 +64,16 @@ MISTAKES = [
     ("{value: 0.1, growht: 0.2}", "plate.yaml:3: spacing.growht: unknown key; did you mean 'growth'?"),
     ("{growth: 0.2}", "plate.yaml:3: spacing: must have a value or a maximum"),
     ("{near: []}", "plate.yaml:3: spacing.near: must have at least one entry"),
-    ("{near: 3}", "plate.yaml:3: spacing.near: must be a mapping with exactly one of the keys label, point, line"),
+    (
+        "{near: 3}",
+        "plate.yaml:3: spacing.near: must be a mapping with exactly one of the keys label, ends, point, line",
+    ),
     ("{near: [{size: 1}]}", "plate.yaml:3: spacing.near.0: must be a mapping with exactly one of the keys label, "),
-    ("{near: [{lable: a, size: 1}]}", "exactly one of the keys label, point, line; did you mean 'label'?"),
-    ("{near: [{label: a, point: [0, 0], size: 1}]}", "exactly one of the keys label, point, line (found the keys"),
+    ("{near: [{lable: a, size: 1}]}", "exactly one of the keys label, ends, point, line; did you mean 'label'?"),
+    (
+        "{near: [{label: a, point: [0, 0], size: 1}]}",
+        "exactly one of the keys label, ends, point, line (found the keys",
+    ),
     ("{near: [{label: a}]}", "plate.yaml:3: spacing.near.0.size: is missing"),
     ("{near: [{label: a, sise: 1}]}", "plate.yaml:3: spacing.near.0.sise: unknown key; did you mean 'size'?"),
     ("{near: {label: a, sise: 1}}", "plate.yaml:3: spacing.near.sise: unknown key; did you mean 'size'?"),
@@ -115,3 +121,4 @@ def test_the_schema_has_the_terms():
     assert all(terms[key].get("description") for key in terms)
     assert set(definitions["NearLabel"]["properties"]) == {"label", "size", "growth", "until"}
     assert definitions["NearPoint"]["required"] == ["size", "point"]
+    assert definitions["NearEnds"]["required"] == ["size", "ends"]

@@ -9,6 +9,7 @@ from sweeps import sweep
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.python.spacing import spacing_of
 from bubblemesh.problem.spacing import case_spacing, held_request
@@ -118,6 +119,50 @@ def ring(k):
     """An island of many corners, so that no formula gives the distance."""
     turn = np.linspace(0, 2 * np.pi, 40, endpoint=False)
     return np.column_stack([k + 1 + 0.3 * np.cos(turn), 1 + 0.3 * np.sin(turn)]).round(6).tolist()
+
+
+FRACTURES = """
+domain:
+  outer: {rectangle: [0, 0, 4, 2]}
+  holes: [{circle: {center: [3, 1], radius: 0.3}}]
+  regions: [{name: core, ring: {rectangle: [0.2, 0.2, 0.6, 0.6]}}]
+  lines:
+    - {file: a.csv, label: frac}
+    - {path: [[1, 0.5], [2, 1.5]], label: other}
+"""
+ROWS = {  # and which ends are free
+    "1,0.5\n1,1.6": [(1, 1.6)],  # at another line
+    "1.5,1\n2.4,1\n2.4,1.5": [(2.4, 1.5)],  # on another line
+    "3,1\n3,1.7": [(3, 1.7)],  # from a hole
+    "3.6,1.8\n3.6,2": [(3.6, 1.8)],  # on the boundary
+    "3.8,-1\n3.8,0.5": [(3.8, 0.5)],  # from outside
+    "0.6,0.4\n0.9,0.4": [(0.9, 0.4)],  # on the rim of a region
+    "0.2,1\n0.4,1\n\n0.4,1\n0.4,1.4": [(0.2, 1), (0.4, 1.4)],  # at each other
+    "0.7,1.8\n1.6,1.8\n\n1.2,1.7\n1.2,1.9": [(0.7, 1.8), (1.6, 1.8), (1.2, 1.7), (1.2, 1.9)],  # across each other
+}
+
+
+def test_ends_of_lines_are_those_where_nothing_else_is(tmp_path):
+    (tmp_path / "a.csv").write_text("\n\n".join(ROWS))
+    terms = "{near: {ends: frac, size: 0.01, growth: 0.1, until: 0.02}, maximum: 0.3}"
+    (tmp_path / "a.yaml").write_text(f"{FRACTURES}spacing: {terms}\n")
+    case = load_case(tmp_path / "a.yaml")
+    tips = np.array([tip for tips in ROWS.values() for tip in tips])
+    distance = np.hypot(*(POINTS[:, None] - tips).T).min(axis=0)
+    found = case_spacing(case, case_domain(case)).at(None)(POINTS)
+    np.testing.assert_allclose(found, np.minimum(0.01 + 0.1 * np.maximum(distance - 0.02, 0), 0.3), rtol=1e-9)
+    problem = prepare(case)
+    assert problem.survey.extremes.minimum == 0.01
+
+
+def test_labels_without_free_ends_are_told():
+    told = (
+        r"spacing.near.ends: no line with the label 'bore', 'left' has a free end, .*: leave it out, or give the place"
+    )
+    with pytest.raises(CaseError, match=told):
+        requested("{value: 1, near: {ends: [bore, left], size: 0.1}}")
+    with pytest.raises(CaseError, match=r"spacing.near.1.ends: unknown label 'crak'; did you mean 'crack'"):
+        requested("{value: 1, near: [{ends: crack, size: 0.1}, {ends: crak, size: 0.1}]}")
 
 
 def test_the_finest_counts_on_the_rim_of_a_region():
