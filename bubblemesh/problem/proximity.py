@@ -51,7 +51,7 @@ def _growing(terms: SpacingTerms, domain: Domain) -> Iterator[Proximity]:
         yield Proximity(nearest, size, growth if own is None else own, until)
     labels: dict[tuple[float, float, float], list[str]] = {}  # by size, growth and reach
     for number, near in enumerate(models):
-        key = "spacing", "near", *([number] if len(models) > 1 else [])
+        key = Key(["spacing", "near", *([number] if len(models) > 1 else [])])
         law = near.size, growth if near.growth is None else near.growth, near.until
         match near:
             case NearLabel():

@@ -35,8 +35,9 @@ class Gone(NamedTuple):
 
     @property
     def is_joined(self) -> bool:
-        """Whether ends have been moved, of the line or of one that it lies on."""
-        return any(line.joined for line in (self.line, *self.on_lines))
+        """Whether it lies on something since ends have been moved, its own or those of a line below it."""
+        lies_on = bool(self.on_rings or self.on_lines)
+        return lies_on and any(line.joined for line in (self.line, *self.on_lines))
 
     @property
     def advice(self) -> str:
