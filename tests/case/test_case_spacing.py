@@ -17,6 +17,7 @@ ALL = """
   value: "0.1 + 0.2*distance('bottom')"
   near:
     - {label: bottom, size: 0.01, growth: 0.15}
+    - {ends: [crack, fault], size: 0.01}
     - {point: [0.3, 0.2], size: 2e-3, until: 0.1}
     - {line: [[0, 0], [1, 1], [1, 0]], size: 0.02}
   labels: {top: 0.02, left: 0.05}
@@ -32,8 +33,9 @@ ALL = """
 
 def test_all_keys_together():
     terms = loaded(ALL, "parameters: {h: 2}\n").spacing
-    label, point, line = terms.near
+    label, ends, point, line = terms.near
     assert (label.label, label.size, label.growth, label.until) == ("bottom", 0.01, 0.15, 0)
+    assert (ends.ends, ends.size, ends.growth, ends.until) == (("crack", "fault"), 0.01, None, 0)
     assert (point.point, point.size, point.growth, point.until) == ((0.3, 0.2), 0.002, None, 0.1)
     assert line.line == ((0, 0), (1, 1), (1, 0))
     assert terms.labels == {"top": 0.02, "left": 0.05}
