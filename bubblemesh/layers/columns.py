@@ -22,7 +22,8 @@ class Columns:
 
     ladders: tuple[Ladder, ...]
     foot: Integers  # (c,): node of the wall
-    at: Floats  # (c, 2): its place
+    start: Floats  # (c, 2): its place
+    at: Floats  # (c, 2): where the column would start if it were straight: elsewhere for one with nodes of several
     foot_up: Floats  # (c, 2): way at the foot over height above the wall
     up: Floats  # (c, 2): the same above the bend
     bend: Floats  # (c,): height above the first layer within which it bends
@@ -35,22 +36,37 @@ class Columns:
     side: Integers  # (p,): of the wall between their feet, or before a fan
     fan: Booleans  # (p,): whether both stand on one node
     twins: Integers  # (k, 2): columns that are equally high: on periodic sides that match, or with the same nodes
-    owner: Integers  # (c,): column whose nodes above the wall it has: itself, or the first one at a bend of short edges
+    owner: Integers  # (c,): column whose nodes it has from ``joined`` on: itself, or the first at a bend of short edges
+    joined: Integers  # (c,): number of the layer from which on it has nodes in common with others, 0 if it has none
     leader: Integers  # (c,): the first of the columns on the same short edges, itself elsewhere
-    pinch: Booleans  # (p,): whether both have the same nodes above the wall
+    pinch: Booleans  # (p,): whether both have nodes in common
 
     def __len__(self) -> int:
         return len(self.foot)
 
-    def places(self, which: Integers, height: Floats) -> Floats:
-        """Places (k, 2) on columns (k,) at heights (k,) above the wall, if they follow no piece."""
-        bent = np.clip((height - self.first[which]) / self.bend[which], 0, 1)[:, None]
-        return self.at[which] + height[:, None] * ((1 - bent) * self.foot_up[which] + bent * self.up[which])
+    def places(self, which: Integers, height: Floats, layer: Integers) -> Floats:
+        """Places (k, 2) on columns (k,) at heights (k,) above the wall in a ``layer`` (k,), if they follow no piece."""
+        joined, height = self.joined[which], height[:, None]
+        alone, common = layer < joined, (joined > 0) & (layer >= joined)
+        bent = np.clip((height[:, 0] - self.first[which]) / self.bend[which], 0, 1)
+        bent = np.where(common, 1.0, np.where(alone, 0.0, bent))[:, None]
+        begin = np.where(alone[:, None], self.start[which], self.at[which])
+        return begin + height * ((1 - bent) * self.foot_up[which] + bent * self.up[which])
 
     @property
     def apart(self) -> Booleans:
-        """Mask (p,) of the pairs that stand on two nodes, and have nodes of their own."""
+        """Mask (p,) of the pairs that stand on two nodes, and have no nodes in common."""
         return ~(self.fan | self.pinch)
+
+    @property
+    def with_first_cells(self) -> Booleans:
+        """Mask (p,) of the pairs that stand on two nodes, and may have a cell of four nodes there."""
+        return ~self.fan & (self.joined_pairs != 1)
+
+    @property
+    def joined_pairs(self) -> Integers:
+        """Number (p,) of the layer from which on pairs have nodes in common, 0 if they have none."""
+        return np.where(self.pinch, self.joined[self.pair[:, 0]], 0)
 
     @property
     def are_pinched(self) -> Booleans:
@@ -70,14 +86,15 @@ class Columns:
     def are_in_hollows(self) -> Booleans:
         """Mask (c,) of the columns that come nearer to each other, on edges that are short beside the first layer."""
         i, j = self.pair.T
-        nearer = -((self.foot_up[j] - self.foot_up[i]) * (self.at[j] - self.at[i])).sum(axis=1)
+        across = self.start[j] - self.start[i]
+        nearer = -((self.foot_up[j] - self.foot_up[i]) * across).sum(axis=1)
         found = np.zeros(len(self), bool)
-        found[self.pair[(self.leader[i] == self.leader[j]) & (nearer > LEAST_BEND * self.bare_widths)]] = True
+        found[self.pair[(self.leader[i] == self.leader[j]) & (nearer > LEAST_BEND * np.hypot(*across.T))]] = True
         return found
 
     def own(self, count: Integers) -> Integers:
-        """Counts (c,) of nodes above the wall, but 0 for columns that have those of another one."""
-        return np.where(self.owner == np.arange(len(self)), count, 0)
+        """Counts (c,) of nodes above the wall, without those that columns have of another one."""
+        return np.where(self.owner == np.arange(len(self)), count, np.minimum(count, self.joined - 1))
 
     @property
     def thickness(self) -> Floats:

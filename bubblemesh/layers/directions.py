@@ -46,9 +46,9 @@ def on_curves(columns: Columns, walls: Walls, on_curve: Booleans, turns: Floats)
     cosine = (normal * before).sum(axis=1)
     sure = np.abs(cosine) >= np.cos(turns[mine] / 2 + STRAY)
     mine, normal = mine[sure], np.sign(cosine[sure])[:, None] * normal[sure]
-    up, smooth = columns.up.copy(), np.zeros(len(columns), bool)
-    up[mine], smooth[mine] = normal, True
-    return replace(columns, foot_up=up, up=up), smooth
+    foot_up, up, smooth = columns.foot_up.copy(), columns.up.copy(), np.zeros(len(columns), bool)
+    foot_up[mine], up[mine], smooth[mine] = normal, normal, True
+    return replace(columns, foot_up=foot_up, up=up), smooth
 
 
 def blended(columns: Columns, free: Booleans, smooth: Booleans, normals: Floats) -> Columns:

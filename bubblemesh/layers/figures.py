@@ -187,7 +187,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     count, factor = heights.count[which], heights.factor[which]
     full = (count >= heights.requested[which]) & (factor == 1)
     low = low_columns(strips, which)
-    first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.apart))
+    first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.with_first_cells))
     beyond = np.flatnonzero(mine & columns.apart & np.isfinite(across))
     jump = _median_along(across[beyond], columns.bare_widths[beyond]) if len(beyond) else None
     requested = int(heights.requested[which].max())
@@ -308,13 +308,13 @@ def _first_layer(strips: Strips, requested: float, pairs: Integers) -> tuple[Flo
     """
     columns = strips.columns
     i, j = columns.pair[pairs].T
-    base = columns.at[j] - columns.at[i]
+    base = columns.start[j] - columns.start[i]
     length = np.hypot(*base.T)
     up = turned_left(base) / length[:, None]
     found, angles = np.zeros((len(pairs), 2)), list[Floats]()
     for end, (column, way) in enumerate(((i, base), (j, -base))):
         some = strips.heights.count[column] > 0
-        step = strips.x[strips.node(column[some], np.ones_like(column[some]))] - columns.at[column[some]]
+        step = strips.x[strips.node(column[some], np.ones_like(column[some]))] - columns.start[column[some]]
         found[some, end] = (step * up[some]).sum(axis=1)
         cosine = (step * way[some]).sum(axis=1) / (np.hypot(*step.T) * length[some])
         angles.append(90 - np.abs(np.degrees(np.arcsin(np.clip(cosine, -1, 1)))))

@@ -95,17 +95,17 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
     most, spaced, at_foot = (
         np.zeros(len(columns), np.int64),
         columns.requested.copy(),
-        widest_beside(columns, np.zeros(len(columns))),
+        widest_beside(columns, np.zeros(len(columns)), 0),
     )
     for number, ladder in enumerate(columns.ladders):
         going, full, tops = np.flatnonzero(columns.ladder == number), ladder.heights, ladder.tops[1:]
         for layer in range(ladder.count):
             if layer % AT_ONCE == 0:
                 asked, some = going, slice(layer, layer + AT_ONCE)
-                middles, spacings = _in_layers(columns, asked, full[some], tops[some], spacing)
+                middles, spacings = _in_layers(columns, asked, full[some], tops[some], layer + 1, spacing)
             height, here = columns.scale[going] * full[layer], np.searchsorted(asked, going)
             middle, d = middles[layer % AT_ONCE, here], spacings[layer % AT_ONCE, here]
-            widest = widest_beside(columns, columns.scale * tops[layer])[going]
+            widest = widest_beside(columns, columns.scale * tops[layer], layer + 1)[going]
             if ladder.isotropic:
                 wide = widest * np.maximum(spacing.stretch(middle, columns.up[going]), 1.0)
             else:
@@ -121,23 +121,26 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
 
 
 def _in_layers(
-    columns: Columns, which: Integers, heights: Floats, tops: Floats, spacing: Spacing
+    columns: Columns, which: Integers, heights: Floats, tops: Floats, first: int, spacing: Spacing
 ) -> tuple[Floats, Floats]:
     """Middles (l, k, 2) of layers of some ``heights`` (l,) below ``tops`` (l,) on columns (k,), and the spacing (l, k).
 
+    The layers are those from number ``first`` on.
     The spacing is that along the columns; outside the domain, if there is none, the foot's: layers that would reach so
     far end where there is room for them.
     """
     scale, each = columns.scale[which], np.tile(which, len(heights))
-    middles = columns.places(each, (scale * tops[:, None] - scale * heights[:, None] / 2).ravel())
+    number = np.repeat(first + np.arange(len(heights)), len(which))
+    middles = columns.places(each, (scale * tops[:, None] - scale * heights[:, None] / 2).ravel(), number)
     d = spacing.anywhere_towards(middles, columns.up[each])
     shape = len(heights), len(which)
     return middles.reshape(*shape, 2), np.where(np.isnan(d), columns.spacing[each], d).reshape(shape)
 
 
-def widest_beside(columns: Columns, height: Floats) -> Floats:
-    """Largest width (c,) at some heights (c,) beside columns of the same foot or bend, but for those in fans."""
-    at, foot = columns.places(np.arange(len(columns)), height), columns.foot[columns.leader]
+def widest_beside(columns: Columns, height: Floats, layer: int) -> Floats:
+    """Largest width (c,) at some heights (c,) in a layer beside columns of the same foot or bend, but for fans."""
+    at = columns.places(np.arange(len(columns)), height, np.full(len(columns), layer))
+    foot = columns.foot[columns.leader]
     i, j = pair = columns.pair[columns.apart].T
     width, widest = np.hypot(*(at[j] - at[i]).T), np.zeros(columns.foot.max() + 1)
     for end in pair:
@@ -154,7 +157,7 @@ def column_nodes(columns: Columns, walls: Walls, found: Heights) -> Floats:
     """Nodes (n, 2) of all columns above their feet, one column after the other."""
     owner, rank = members(columns.own(found.count))
     height = reached(columns, found, owner, rank + 1)
-    x = columns.places(owner, height)
+    x = columns.places(owner, height, rank + 1)
     on_piece = np.flatnonzero(columns.follows[owner] >= 0)
     x[on_piece] = walls.domain.boundary.points(*on_pieces(columns, walls, owner[on_piece], height[on_piece]))
     return x

@@ -119,7 +119,7 @@ def lowest(strips: Strips, which: Integers) -> tuple[dict[str, Any], ...]:
     count = strips.heights.count
     lowest = dict[tuple[float, ...], int]()
     for column in which[np.lexsort((strips.reached[which], count[which]))].tolist():
-        lowest.setdefault(tuple(strips.columns.at[column].tolist()), int(count[column]))
+        lowest.setdefault(tuple(strips.columns.start[column].tolist()), int(count[column]))
         if len(lowest) == SHORTEST:
             break
     return tuple({"layers": layers, "at": at} for at, layers in lowest.items())

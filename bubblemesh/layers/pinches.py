@@ -1,7 +1,8 @@
-"""Pinches: at bends of edges that are short beside the first layer several columns are one above the wall.
+"""Pinches: at bends of edges that are short beside the first layer several columns are one.
 
 They are the counterpart of fans: one column stands on several nodes of the wall, as where chamfers and fillets of a
-drawing round a concave corner off.
+drawing round a concave corner off. Where these are larger, each node has a column of its own for the first layers, and
+these become one before they would meet.
 """
 
 from dataclasses import replace
@@ -23,7 +24,8 @@ LARGEST_TURN = np.radians(100)
 LEAST_TURN = np.radians(10)  # of the wall at such a bend
 FARTHEST = 5.0  # lengths of a bend to where the walls beside it would meet
 LOW = 3.0  # first layers: columns that meet below are one
-CLEAR = 0.2  # of the first layer: least height of its top above the edges of a bend
+CLEAR = 0.2  # of a layer: least height of its top above the edges of a bend
+SLENDER = 0.1  # of the height of a layer: least mean width of its cells below where columns become one
 
 
 def fillet_radii(boundary: Boundary) -> Floats:
@@ -39,16 +41,24 @@ def fillet_radii(boundary: Boundary) -> Floats:
 
 
 def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
-    """The columns, of which those that are free (c,) are one where they would meet below the first layer.
+    """The columns, of which those that are free (c,) become one before they would meet.
 
-    Such a column goes up from where the walls beside the bend would meet, as from a corner there.
+    Such a column goes up from where the walls beside the bend would meet, as from a corner there: from the first layer
+    on where columns would meet soon and there is room for that, else from a later one.
     """
     edges = ShortEdges.of(columns, walls)
-    columns, pairs = _bends(columns, edges), _meeting(columns, edges, free)
+    columns = _bends(columns, edges)
+    columns = _joined(columns, walls, _meeting_soon(columns, edges, free), later=False)
+    return _joined(columns, walls, _meeting(columns, edges, free & ~columns.are_pinched), later=True)
+
+
+def _joined(columns: Columns, walls: Walls, pairs: Booleans, later: bool) -> Columns:
+    """The columns, of which those of ``pairs`` (p,) beside each other are one from the first layer on, or ``later``."""
     if not pairs.any():
         return columns
     group = components(columns.pair[pairs], len(columns))
-    at, up, owner, kept = columns.at.copy(), columns.up.copy(), columns.owner.copy(), pairs.copy()
+    at, foot_up, up = columns.at.copy(), columns.foot_up.copy(), columns.up.copy()
+    owner, joined, kept = columns.owner.copy(), columns.joined.copy(), pairs.copy()
     before, after = (np.full(len(columns), -1) for _ in range(2))
     beside = ~pairs & ~columns.fan
     after[columns.pair[beside, 0]] = before[columns.pair[beside, 1]] = columns.side[beside]
@@ -58,13 +68,24 @@ def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
         mine = order[ends[number] : ends[number + 1]]
         inside = pairs & (group[columns.pair[:, 0]] == number)
         corner = _corner(columns, walls, mine, before[mine].max(), after[mine].max())
-        if corner is None or not _is_clear(columns, inside, *corner):
+        layer = None if corner is None else _joining_layer(columns, inside, *corner, later)
+        if corner is None or layer is None:
             kept[inside] = False
-        else:
-            at[mine], up[mine] = corner
-            owner[mine] = mine[0]
-    twins = np.concatenate([columns.twins, columns.pair[kept]])
-    return replace(columns, at=at, foot_up=up, up=up, owner=owner, pinch=kept, twins=twins)
+            continue
+        at[mine], up[mine] = corner
+        if layer == 1:
+            foot_up[mine] = up[mine]
+        owner[mine], joined[mine] = mine[0], layer
+    return replace(
+        columns,
+        at=at,
+        foot_up=foot_up,
+        up=up,
+        owner=owner,
+        joined=joined,
+        pinch=columns.pinch | kept,
+        twins=np.concatenate([columns.twins, columns.pair[kept]]),
+    )
 
 
 class ShortEdges(NamedTuple):
@@ -101,20 +122,43 @@ def parting(columns: Columns, walls: Walls) -> Booleans:
     return found
 
 
-def _meeting(columns: Columns, edges: ShortEdges, free: Booleans) -> Booleans:
+def _meeting_soon(columns: Columns, edges: ShortEdges, free: Booleans) -> Booleans:
     """Mask (p,) of the pairs on short edges whose columns meet soon, and on fillets whose columns meet at all."""
     short, on_fillet, nearer, first = edges
     soon = (columns.bare_widths < LOW * nearer * first) | on_fillet
     return np.asarray(short & free[columns.pair].all(axis=1) & (nearer > 0) & soon)
 
 
-def _is_clear(columns: Columns, inside: Booleans, corner: Floats, up: Floats) -> bool:
-    """Whether a column from a corner (2,) goes ``up`` (2,) to above all edges ``inside`` (p,) a bend in one layer."""
-    begin, end = np.moveaxis(columns.at[columns.pair[inside]], 1, 0)
-    first = columns.first[columns.pair[inside][0, 0]]
-    left = turned_left(end - begin)
-    height = ((corner + first * up - begin) * left).sum(axis=1) / np.hypot(*left.T)
-    return bool((height >= CLEAR * first).all())
+def _meeting(columns: Columns, edges: ShortEdges, free: Booleans) -> Booleans:
+    """Mask (p,) of the pairs on short edges whose columns meet below the height of their layers."""
+    meeting = columns.bare_widths < edges.nearer * columns.thickness[columns.pair].max(axis=1)
+    return np.asarray(edges.short & free[columns.pair].all(axis=1) & meeting)
+
+
+def _joining_layer(columns: Columns, inside: Booleans, corner: Floats, up: Floats, later: bool) -> int | None:
+    """Number of the layer from which on columns on the edges ``inside`` (p,) a bend may be one; None if there is none.
+
+    That one goes ``up`` (2,) from a corner (2,), to above all edges of the layer below. It is the first layer, or a
+    ``later`` one by which columns would meet soon, but are not too near to each other.
+    """
+    pair = columns.pair[inside]
+    ladder, scale = columns.ladders[columns.ladder[pair[0, 0]]], columns.scale[pair[0, 0]]
+    start, ways = columns.at[pair], columns.up[pair]
+    along = start[:, 1] - start[:, 0]
+    along /= np.hypot(*along.T)[:, None]
+    nearer = -((ways[:, 1] - ways[:, 0]) * along).sum(axis=1)
+    tops, heights = scale * ladder.tops, scale * ladder.heights
+    for layer in range(1, ladder.count) if later else (0,):
+        begin, end = np.moveaxis(start + tops[layer] * ways, 1, 0)
+        width = ((end - begin) * along).sum(axis=1)
+        if later and (width.min() <= 0 or width.mean() < SLENDER * heights[layer - 1]):
+            return None
+        left = turned_left(end - begin)
+        above = ((corner + tops[layer + 1] * up - begin) * left).sum(axis=1) / np.hypot(*left.T)
+        soon = not later or width.mean() < LOW * nearer.mean() * heights[layer]
+        if soon and (above >= CLEAR * heights[layer]).all():
+            return layer + 1
+    return None
 
 
 def _corner(columns: Columns, walls: Walls, mine: Integers, before: int, after: int) -> tuple[Floats, Floats] | None:

@@ -206,6 +206,7 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
     columns = Columns(
         tuple(ladders),
         foot=foot,
+        start=walls.x[foot],
         at=walls.x[foot],
         foot_up=table.up,
         up=table.up,
@@ -220,6 +221,7 @@ def columns_on(walls: Walls, ladders: Sequence[Ladder]) -> Columns:
         fan=np.arange(len(pair)) >= layered.sum(),
         twins=twins,
         owner=itself,
+        joined=np.zeros(len(foot), np.int64),
         leader=itself,
         pinch=np.zeros(len(pair), bool),
     )

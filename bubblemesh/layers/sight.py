@@ -36,9 +36,9 @@ def across(obstacles: Obstacles, columns: Columns, reach: Floats, narrowest: Flo
     """
     straight = (columns.follows < 0) & ~columns.ends
     # Columns with nodes in common go up from behind the wall.
-    start = np.where(columns.are_pinched, columns.first, 0.0)
+    start = columns.tops(np.arange(len(columns)), columns.joined)
     origin = obstacles.seen(columns.at) + start[:, None] * columns.up
-    bent = straight & (columns.foot_up != columns.up).any(axis=1)
+    bent = straight & ~columns.are_pinched & (columns.foot_up != columns.up).any(axis=1)
     above = concatenated(
         [
             _above(obstacles, columns.up, origin, reach, np.flatnonzero(straight)),

@@ -46,7 +46,8 @@ class Strips:
 
     def node(self, column: Integers, level: Integers) -> Integers:
         """Numbers (k,) of nodes on columns (k,), from level 0 at the foot up."""
-        return np.where(level == 0, self.columns.foot[column], self.first[self.columns.owner[column]] + level - 1)
+        owner = np.where(level < self.columns.joined[column], column, self.columns.owner[column])
+        return np.where(level == 0, self.columns.foot[column], self.first[owner] + level - 1)
 
     @property
     def levels(self) -> Integers:
@@ -79,9 +80,11 @@ class Strips:
         ci, cj = self.heights.count[[i, j]]
         low, higher = np.minimum(ci, cj), np.where(ci > cj, i, j)
         closing = np.column_stack([self.node(i, low), self.node(j, low), self.node(higher, low + 1)])
-        pinched = np.flatnonzero(self.columns.pinch & (self.heights.count[self.columns.pair[:, 0]] > 0))
+        joined = self.columns.joined_pairs
+        pinched = np.flatnonzero(self.columns.pinch & (self.heights.count[self.columns.pair[:, 0]] >= joined))
         i, j = self.columns.pair[pinched].T
-        below = np.column_stack([self.columns.foot[i], self.columns.foot[j], self.node(i, np.ones_like(i))])
+        k = joined[pinched]
+        below = np.column_stack([self.node(i, k - 1), self.node(j, k - 1), self.node(i, k)])
         return np.vstack([at_feet, closing, below]), np.concatenate([pair[foot], steps, pinched])
 
     @property
@@ -113,7 +116,7 @@ class Strips:
         # Layers of a given number that end early for lack of room would have less of it if the wall had more nodes.
         complete = self.columns.are_isotropic | (self.heights.count >= self._due)
         low = complete[foot] & (length < LOW_FAN * self.columns.spacing[foot])
-        return Sources(self.columns.at[foot[low]], length[low])
+        return Sources(self.columns.start[foot[low]], length[low])
 
     @property
     def _due(self) -> Integers:
@@ -129,7 +132,7 @@ class Strips:
     def _levels(self) -> tuple[Integers, Integers, Booleans]:
         """Pair and level (m,) of all cells up to the lower one of two columns, and whether they are at a fan's foot."""
         both = self.heights.count[self.columns.pair].min(axis=1)
-        pair, level = members(np.where(self.columns.pinch, 0, both))
+        pair, level = members(np.where(self.columns.pinch, np.minimum(both, self.columns.joined_pairs - 1), both))
         return pair, level, (level == 0) & self.columns.fan[pair]
 
     @property
@@ -151,7 +154,7 @@ class Strips:
     @property
     def height(self) -> Floats:
         """Length (c,) of each column."""
-        return np.hypot(*(self.x[self.top] - self.columns.at).T)
+        return np.hypot(*(self.x[self.top] - self.columns.start).T)
 
     @cached_property
     def cells(self) -> "LayerCells":
@@ -184,11 +187,11 @@ class Strips:
         They bulge as the wall does, in terms of their lengths, and so do the diagonals of cells between them.
         """
         columns, walls = self.columns, self.walls
-        ends = self.columns.at[columns.pair]
-        bulge = np.where(columns.apart[:, None], walls.middles[columns.side] - ends.mean(axis=1), 0.0)
+        ends = self.columns.start[columns.pair]
+        bulge = np.where(columns.with_first_cells[:, None], walls.middles[columns.side] - ends.mean(axis=1), 0.0)
         curved = (bulge != 0).any(axis=1)
 
-        pair, level = members(self.heights.count[columns.pair].min(axis=1))
+        pair, level, _ = self._levels
         pair, level = pair[curved[pair]], level[curved[pair]] + 1
         i, j = columns.pair[pair].T
         along = np.column_stack([self.node(i, level), self.node(j, level)])

@@ -525,7 +525,7 @@ def test_layers_end_where_the_spacing_falls_by_more_than_the_way(spacing):
     strips = problem.rest.strips
     owner, level = members(strips.heights.count)
     top, below = (reached(strips.columns, strips.heights, owner, level + k) for k in (1, 0))
-    x = strips.columns.places(owner, (top + below) / 2)
+    x = strips.columns.places(owner, (top + below) / 2, level + 1)
     assert (top - below <= problem.spacing(x) * (1 + 1e-9)).all()
     assert strips.heights.count.min() > 5
 
@@ -874,16 +874,31 @@ def test_layers_go_around_convex_fillets_whose_edges_are_about_as_long_as_the_fi
 
 
 @pytest.mark.parametrize(
-    ("edges", "length", "least"), [(1, 1.4, 8), (2, 0.8, 8), (3, 1, 8), (12, 0.33, 8), (8, 1, 4), (8, 1.4, 5)]
+    ("edges", "length"), [(1, 1.4), (2, 0.8), (3, 1), (12, 0.33), (12, 0.5), (8, 1), (8, 1.4), (16, 1)]
 )
-def test_layers_go_around_concave_fillets_whose_edges_are_about_as_long_as_the_first_height(edges, length, least):
-    """As around a corner, or as many as there is room for towards the middle of the fillet."""
+def test_layers_go_around_concave_fillets_whose_edges_are_about_as_long_as_the_first_height(edges, length):
+    """As around a corner, in which the columns of the fillet are one, from the first layer on or above."""
     radius = 0.004 * length / (2 * np.sin(np.pi / 4 / edges))
     domain = {"outer": {"polygon": filleted(L_SHAPE, radius, edges), "label": "wall"}}
     layers = {"on": "wall", "first": 0.004, "count": 8}
     row = layers_of(prepared(domain, layers, spacing={"value": 0.08, "growth": 0.2}), "wall")
-    assert row.count["least"] == least
+    assert row.count["least"] == 8
     assert (row.compressed, row.first["kept"]) == (1, 1)
+
+
+@pytest.mark.parametrize("keys", [{}, {"cells": "quads"}, {"output": {"order": 2}}])
+def test_columns_of_a_fillet_become_one_above_the_first_layers(keys):
+    """Below they go up from its nodes: its radius is 5 first heights."""
+    ring = filleted(np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]), 0.02, 8)
+    layers = {"on": "wall", "first": 0.004, "count": 8, **{key: keys[key] for key in keys if key == "cells"}}
+    result = run({"outer": {"polygon": ring, "label": "wall"}}, layers, spacing=0.08, output=keys.get("output", {}))
+    tops = 0.004 * np.cumsum(1.2 ** np.arange(8))
+    assert has_nodes(result.mesh, [(top, top) for top in tops[2:]])
+    count = len(result.mesh.facets)
+    layer = result.fields["layer"]
+    assert (np.bincount(layer.astype(int))[1:3] == 2 * count).all()
+    assert row_of(result, "wall")["angle_max"]["degrees"] < 140
+    assert (row_of(result, "wall")["complete"], row_of(result, "wall")["first"]["kept"]) == (1, 1)
 
 
 def test_on_a_wall_drawn_of_edges_below_the_first_height_layers_are_as_high_as_beside():

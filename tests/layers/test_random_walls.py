@@ -27,17 +27,16 @@ def first_heights(strips):
     """Length of walls with the requested first height to 5 % at both ends, and of all where nothing is in the way."""
     columns, heights = strips.columns, strips.heights
     kept = free = 0.0
-    for pair in np.flatnonzero(~columns.fan):
+    for pair in np.flatnonzero(columns.with_first_cells):
         ends = columns.pair[pair]
         if not ((heights.count[ends] > 0) & (heights.factor[ends] == 1)).all():
             continue
-        (ax, ay), (bx, by) = columns.at[ends].tolist()
+        (ax, ay), (bx, by) = columns.start[ends].tolist()
         length = np.hypot(bx - ax, by - ay)
-        if length == 0:  # one column stands on both nodes of a short edge
-            continue
         requested = [columns.ladders[k].first for k in columns.ladder[ends]]
         above = [
-            ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / length for x, y in strips.x[strips.first[ends]].tolist()
+            ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / length
+            for x, y in strips.x[strips.node(ends, np.ones_like(ends))].tolist()
         ]
         free += length
         kept += length if np.allclose(above, requested, rtol=0.05, atol=0) else 0.0
