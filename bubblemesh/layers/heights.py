@@ -38,11 +38,11 @@ def heights(columns: Columns, room: Floats, possible: Most) -> Heights:
     """Layers that there is room (c,) for, of those that are ``possible``, and at most one fewer from column to column.
 
     Where few layers have room they are compressed, but in hollows of short edges and beside: else those along much of
-    the wall would be so, too.
+    the wall would be so, too. Lower nodes that columns have in common would be too near to the wall.
     """
     most, fitting = possible.count, layers_within(columns, room)
     requested = np.where(columns.are_isotropic, np.maximum(most, 1), columns.requested)
-    bound = gradual(columns, np.where(columns.are_in_hollows, np.minimum(fitting, most), most))
+    bound = gradual(columns, np.where(columns.are_in_hollows | columns.are_pinched, np.minimum(fitting, most), most))
     few = np.minimum(FEWEST_LAYERS, most)
     few[bound < few] = 0
     squeezed = np.clip(room / np.maximum(columns.tops(np.arange(len(columns)), few), 1e-300), 0, 1)
