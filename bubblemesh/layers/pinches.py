@@ -17,7 +17,7 @@ from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH
 from bubblemesh.layers.walls import Walls, rotated
 
-SHORT = 1.5  # edges, in terms of the first layer: on longer ones a few layers are no higher than wide
+SHORT = 3.0  # edges, in terms of the first layer: on longer ones some layers are no higher than wide
 ROUND = 1.3  # first layers: fillets of a smaller radius are as corners
 # Of these: in sharper corners the first node of the column in the middle would be too near to the chord of a fillet.
 LARGEST_TURN = np.radians(100)

@@ -668,7 +668,7 @@ def test_the_largest_jump_is_told_with_its_place(capsys):
     assert "(up to" in "".join(capsys.readouterr())
 
 
-@pytest.mark.parametrize(("first", "layers"), [(0.025, 2), (0.026, 0), (0.033, 0), (0.05, 1)])
+@pytest.mark.parametrize(("first", "layers"), [(0.025, 2), (0.026, 2), (0.033, 1), (0.05, 1)])
 def test_equal_corners_have_equally_many_layers_whatever_the_first_height(first, layers):
     room = {"outer": {"rectangle": [-1, -1, 1, 1], "label": "wall"}}
     strips = prepared(room, {"on": "wall", "first": first, "until": "isotropic"}, spacing=0.05).rest.strips
@@ -874,7 +874,7 @@ def test_layers_go_around_convex_fillets_whose_edges_are_about_as_long_as_the_fi
 
 
 @pytest.mark.parametrize(
-    ("edges", "length"), [(1, 1.4), (2, 0.8), (3, 1), (12, 0.33), (12, 0.5), (8, 1), (8, 1.4), (16, 1)]
+    ("edges", "length"), [(1, 1.4), (2, 0.8), (3, 1), (12, 0.33), (12, 0.5), (8, 1), (8, 1.4), (8, 2.5), (16, 1)]
 )
 def test_layers_go_around_concave_fillets_whose_edges_are_about_as_long_as_the_first_height(edges, length):
     """As around a corner, in which the columns of the fillet are one, from the first layer on or above."""
@@ -917,9 +917,9 @@ def test_a_column_on_several_nodes_goes_up_from_where_the_walls_would_meet():
     assert (np.hypot(*mesh.points[wall].T) < 2e-3).sum() == 4
 
 
-@pytest.mark.parametrize("size", [0.004, 0.0051])
-def test_beside_a_place_too_fine_for_layers_there_are_fewer_ones_but_none_compressed(size):
-    spacing = {"value": 0.1, "near": {"point": [2, 0], "size": size, "growth": 0.2}}
+@pytest.mark.parametrize(("size", "growth"), [(0.004, 0.2), (0.0051, 0.1)])
+def test_beside_a_place_too_fine_for_layers_there_are_fewer_ones_but_none_compressed(size, growth):
+    spacing = {"value": 0.1, "near": {"point": [2, 0], "size": size, "growth": growth}}
     row = row_of(run(CHANNEL, {"on": "bottom", "first": 0.005, "count": 6}, spacing=spacing), "bottom")
     assert row["compressed"] == 1
     assert row["first"]["kept"] > 0.99
