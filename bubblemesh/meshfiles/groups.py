@@ -5,7 +5,7 @@ import unicodedata
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import count, islice
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -88,10 +88,10 @@ def ids_of_groups(mesh: Mesh) -> Integers:
     return np.array([group.id for group in group_names(mesh).values()], np.int64)
 
 
-def free_ids(mesh: Mesh, wanted: int) -> list[int]:
-    """So many ids that no group has."""
+def free_id(mesh: Mesh) -> int:
+    """An id that no group has."""
     ids = ids_of_groups(mesh).tolist()
-    return list(islice(_unused_ids(len(ids), set(ids)), wanted))
+    return next(_unused_ids(len(ids), set(ids)))
 
 
 def _unused_ids(groups: int, taken: Collection[int]) -> Iterator[int]:

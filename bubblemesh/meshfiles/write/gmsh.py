@@ -21,7 +21,7 @@ from bubblemesh.meshfiles.groups import (
     cell_ids,
     facet_ids,
     facet_numbers,
-    free_ids,
+    free_id,
     group_names,
     node_ids,
     node_numbers,
@@ -216,7 +216,7 @@ def _groups(mesh: Mesh) -> dict[str, Group]:
 
 
 def _id_of_ends(mesh: Mesh) -> int:
-    return free_ids(mesh, 1)[0]
+    return free_id(mesh)
 
 
 def ends_of_periodic_sides(mesh: Mesh) -> Integers:
