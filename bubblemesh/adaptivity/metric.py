@@ -7,9 +7,10 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
+from bubblemesh.kernels.tensors import intersected_at
 from bubblemesh.meshes.edges import rim_nodes
 from bubblemesh.meshes.quality import signed_areas
-from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, intersected_at, size_ratios, symmetric, turned
+from bubblemesh.meshes.tensors import Axes, axes, determinants, eigen, size_ratios, symmetric, turned
 from bubblemesh.spacing.metric.field import TensorField
 from bubblemesh.spacing.metric.gradation import graded
 

@@ -93,11 +93,11 @@ def turns(boundary: Boundary, walls: Booleans) -> Floats:
     return found
 
 
-def bend_centres(boundary: Boundary, walls: Booleans, most: float) -> Floats:
-    """Centres (k, 2) of the circles around which some pieces (p,) of rings bend, where these bend towards the domain.
+def bends_of(boundary: Boundary, walls: Booleans, most: float) -> tuple[Floats, Floats]:
+    """Centres (k, 2) and radii (k,) of the circles along which some pieces (p,) of rings bend into the domain.
 
-    They are those through three points in a row of the polygonal copy, which turns there by at most so many radians: of
-    an arc its centre, and the same of a polygon with its corners on the arc.
+    The circles are those through three points in a row of the polygonal copy, which turns there by at most so many
+    radians: of an arc its own, and the same of a polygon with its corners on the arc.
     """
     chords = boundary.chords()
     ring = boundary.ring[chords.piece]
@@ -112,7 +112,7 @@ def bend_centres(boundary: Boundary, walls: Booleans, most: float) -> Floats:
     (bx, by), (cx, cy) = back[bends].T, ahead[bends].T
     half, bb, cc = 0.5 / (bx * cy - by * cx), bx * bx + by * by, cx * cx + cy * cy
     centre = np.column_stack([(cy * bb - by * cc) * half, (bx * cc - cx * bb) * half])
-    return np.asarray(chords.start[of_rings][bends] + centre)
+    return np.asarray(chords.start[of_rings][bends] + centre), np.hypot(*centre.T)
 
 
 TANGENT = 1e-5  # radians between two directions that are the same

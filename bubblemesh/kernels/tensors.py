@@ -1,8 +1,8 @@
-"""Roots of symmetric tensors, as rows (m11, m12, m22), and lengths in them."""
+"""Symmetric tensors, as rows (m11, m12, m22): lengths in them, their roots, and the intersections of their ellipses."""
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, Integers, members
 
 
 def lengths(tensors: Floats, vectors: Floats) -> Floats:
@@ -42,3 +42,49 @@ def unmapped(root: Floats, vectors: Floats) -> Floats:
     (r11, r12, r22), (vx, vy) = root.T, vectors.T
     y = vy / r22
     return np.column_stack([(vx - r12 * y) / r11, y])
+
+
+def seen_from(root: Floats, others: Floats) -> tuple[Floats, Floats, Floats]:
+    """Entries (n,) of tensors M in coordinates in which other tensors, with roots R (n, 3), are unit: R^-T M R^-1."""
+    r11, r12, r22 = root.T
+    i11, i12, i22 = 1 / r11, -r12 / (r11 * r22), 1 / r22
+    m11, m12, m22 = others.T
+    n12 = i11 * (i12 * m11 + i22 * m12)
+    return i11 * i11 * m11, n12, i12 * i12 * m11 + 2 * i12 * i22 * m12 + i22 * i22 * m22
+
+
+def intersections(some: Floats, others: Floats) -> Floats:
+    """Tensors (n, 3) of the largest ellipses within the ellipses of both of two tensors (n, 3).
+
+    In the basis in which both tensors are diagonal, each diagonal entry is the larger one of both.
+
+    References
+    ----------
+    P. J. Frey, F. Alauzet, "Anisotropic mesh adaptation for CFD computations", Comput. Methods Appl. Mech. Engrg. 194
+    (2005), section 2.
+    """
+    n11, n12, n22 = seen_from(root := roots(some), others)
+    half, apart = (n11 + n22) / 2, np.sqrt(((n11 - n22) / 2) ** 2 + n12 * n12)
+    large, small = np.maximum(half + apart, 1.0), np.maximum(half - apart, 1.0)
+    # With the larger eigenvalues a and b of both: (a + b) / 2 I + (a - b) / 2 (N - half I) / apart.
+    mean, part = (large + small) / 2, (large - small) / 2 / np.where(apart > 0, apart, 1.0)
+    k11, k12, k22 = mean + part * (n11 - half), part * n12, mean + part * (n22 - half)
+    r11, r12, r22 = root.T
+    return np.column_stack(
+        [
+            r11 * r11 * k11,
+            r11 * (r12 * k11 + r22 * k12),
+            r12 * r12 * k11 + 2 * r12 * r22 * k12 + r22 * r22 * k22,
+        ]
+    )
+
+
+def intersected_at(tensors: Floats, at: Integers, others: Floats) -> Floats:
+    """Tensors (n, 3), each intersected with those of the others (m, 3) that are ``at`` (m,) its number, in turn."""
+    result, order = tensors.copy(), np.argsort(at, kind="stable")
+    _, counts = np.unique(at, return_counts=True)
+    _, turn = members(counts)
+    for turned in range(int(counts.max(initial=0))):  # in which each number comes once at most
+        some = order[turn == turned]
+        result[at[some]] = intersections(result[at[some]], others[some])
+    return result

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members
+from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.kernels.tensors import lengths, mean_lengths, roots
+from bubblemesh.kernels.tensors import lengths, mean_lengths, roots, seen_from
 from bubblemesh.messages import place
 
 
@@ -137,55 +137,9 @@ def of_logarithms(entries: Floats) -> Axes:
     return Axes(np.exp(-strong / 2), np.exp(-weak / 2), direction)
 
 
-def intersections(some: Floats, others: Floats) -> Floats:
-    """Tensors (n, 3) of the largest ellipses within the ellipses of both of two tensors (n, 3).
-
-    In the basis in which both tensors are diagonal, each diagonal entry is the larger one of both.
-
-    References
-    ----------
-    P. J. Frey, F. Alauzet, "Anisotropic mesh adaptation for CFD computations", Comput. Methods Appl. Mech. Engrg. 194
-    (2005), section 2.
-    """
-    n11, n12, n22 = _seen_from(root := roots(some), others)
-    half, apart = (n11 + n22) / 2, np.hypot((n11 - n22) / 2, n12)
-    angle = np.arctan2(n12, (n11 - n22) / 2) / 2
-    c, s = np.cos(angle), np.sin(angle)
-    large, small = np.maximum(half + apart, 1.0), np.maximum(half - apart, 1.0)
-    k11, k12, k22 = large * c * c + small * s * s, (large - small) * c * s, large * s * s + small * c * c
-    r11, r12, r22 = root.T
-    return np.column_stack(
-        [
-            r11 * r11 * k11,
-            r11 * (r12 * k11 + r22 * k12),
-            r12 * r12 * k11 + 2 * r12 * r22 * k12 + r22 * r22 * k22,
-        ]
-    )
-
-
-def intersected_at(tensors: Floats, at: Integers, others: Floats) -> Floats:
-    """Tensors (n, 3), each intersected with those of the others (m, 3) that are ``at`` (m,) its number, in turn."""
-    result, order = tensors.copy(), np.argsort(at, kind="stable")
-    _, counts = np.unique(at, return_counts=True)
-    _, turn = members(counts)
-    for turned in range(int(counts.max(initial=0))):  # in which each number comes once at most
-        some = order[turn == turned]
-        result[at[some]] = intersections(result[at[some]], others[some])
-    return result
-
-
 def size_ratios(some: Floats, others: Floats) -> Floats:
     """Largest ratios (n,), at least 1, of the sizes by both of two tensors (n, 3) in any one direction."""
-    n11, n12, n22 = _seen_from(roots(some), others)
+    n11, n12, n22 = seen_from(roots(some), others)
     half, apart = (n11 + n22) / 2, np.hypot((n11 - n22) / 2, n12)
     small = (n11 * n22 - n12 * n12) / (half + apart)  # a form in which the difference does not cancel
     return np.asarray(np.sqrt(np.maximum(half + apart, 1 / small)))
-
-
-def _seen_from(root: Floats, others: Floats) -> tuple[Floats, Floats, Floats]:
-    """Entries (n,) of tensors M in coordinates in which other tensors, with roots R (n, 3), are unit: R^-T M R^-1."""
-    r11, r12, r22 = root.T
-    i11, i12, i22 = 1 / r11, -r12 / (r11 * r22), 1 / r22
-    m11, m12, m22 = others.T
-    n12 = i11 * (i12 * m11 + i22 * m12)
-    return i11 * i11 * m11, n12, i12 * i12 * m11 + 2 * i12 * i22 * m12 + i22 * i22 * m22

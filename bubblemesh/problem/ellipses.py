@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.geometry.corners import bend_centres, turns
+from bubblemesh.geometry.corners import bends_of, turns
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.tensors import Axes, axes
@@ -91,7 +91,8 @@ class AlongWalls:
     """Ellipses that lie along the nearest of some walls, whose size across grows away from there; circles at points.
 
     Around the ends and corners of walls they turn: there they are circles, and away from there as long as the distance
-    allows. Around round ones they turn as around their centres.
+    allows. Along round ones they are no longer than edges that at their ends go as far across as ellipses are wide: an
+    edge of length L meets a circle of radius r at an angle of L / 2r, and goes L * L / 2r across it.
     """
 
     domain: Domain
@@ -118,22 +119,28 @@ class AlongWalls:
         direction[of_point] = 1.0, 0.0
         along = np.full(len(x), INFINITE) if self.along is None else self.along(x, y)
         across = np.where(along > 0, np.minimum(self.across + self.growth * distance, along), np.nan)
-        if self._centres is not None:
-            along = np.minimum(along, across + LONGER * self._centres.query(points)[0])
+        if self._turns is not None:
+            tree, radius = self._turns
+            away, nearest = tree.query(points)
+            r = radius[nearest]
+            along = np.minimum(along, np.maximum(across, np.sqrt(2 * r * across)) + LONGER * np.maximum(away - r, 0))
         return Axes(across, np.where(of_point, across, along), direction)
 
     @cached_property
-    def _centres(self) -> "KDTree | None":
-        """Tree of the places around which ellipses turn: ends and corners, and outside the centres of arcs; or None."""
+    def _turns(self) -> "tuple[KDTree, Floats] | None":
+        """Tree of the places around which ellipses turn, with the radii (k,) of walls there, if there are any.
+
+        They are ends and corners, of radius 0, and outside the domain the centres of arcs.
+        """
         from scipy.spatial import KDTree  # takes longer to load than to mesh a small case without it
 
         boundary = self.domain.boundary
         walls = np.isin(np.array(boundary.labels)[boundary.label], self.labels)
-        corners, centres = boundary.corners[turns(boundary, walls) > TURNED], bend_centres(boundary, walls, TURNED)
-        close = CLOSE * self.domain.size
-        centres = np.unique(np.rint(centres[~self.domain.contains(centres)] / close), axis=0) * close
-        places = np.concatenate([corners, centres])
-        return KDTree(places) if len(places) else None
+        corners, (centres, radii) = boundary.corners[turns(boundary, walls) > TURNED], bends_of(boundary, walls, TURNED)
+        close, outside = CLOSE * self.domain.size, ~self.domain.contains(centres)
+        bends = np.unique(np.rint(np.column_stack([centres, radii])[outside] / close), axis=0) * close
+        places = np.concatenate([corners, bends[:, :2]])
+        return (KDTree(places), np.append(np.zeros(len(corners)), bends[:, 2])) if len(places) else None
 
 
 @record

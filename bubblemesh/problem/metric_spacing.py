@@ -13,11 +13,11 @@ from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts
+from bubblemesh.kernels.tensors import intersections
 from bubblemesh.meshes.tensors import (
     Axes,
     area_sizes,
     axes,
-    intersections,
     require_positive_definite,
     size_ratios,
     turned,
@@ -37,7 +37,8 @@ from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
 ANY_SIGN = "angle", "m12"  # numbers of a metric that may be negative
 STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times that a size may differ there
 EXCEEDED = 1.001  # of the largest aspect: a larger one has a warning
-LARGER = 1.05  # times: the most that sizes grow to save the nodes that shorter ellipses take
+LARGER = 1.1  # times: the most that sizes grow to save the nodes that shorter ellipses take
+SAVED = 0.7  # share of these nodes, on a logarithmic scale
 GRADINGS, SAME = 5, 1.2  # one after the other, at most, and times that sizes may differ in the end
 MANY_MORE = 2.0  # times as many nodes by a gradation have a warning
 
@@ -122,13 +123,13 @@ class Intersection:
 
 
 def _with_fewer_nodes(straight: MetricSpacing, bent: MetricSpacing, domain: Domain, max_nodes: int) -> MetricSpacing:
-    """A straightened metric with larger sizes: about half of the nodes that it takes beyond the bent one are saved.
+    """A straightened metric with larger sizes: most of the nodes that it takes beyond the bent one are saved.
 
-    Sizes grow by 5 % at most: a metric that is impossible in most of the domain takes more nodes.
+    Sizes grow by 10 % at most: a metric that is impossible in most of the domain takes more nodes.
     """
     cover = Cover(domain)
     nodes, fewer = (ideal_nodes(domain, spacing, max_nodes, ESTIMATE, cover) for spacing in (straight, bent))
-    scale = min((nodes / fewer) ** 0.25, LARGER)
+    scale = min((nodes / fewer) ** (SAVED / 2), LARGER)
     return straight if scale <= 1 else MetricSpacing.of(Scaled(straight.ellipses, scale), straight.aspect, bent)
 
 

@@ -6,7 +6,7 @@ import pytest
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.corners import bend_centres, turns
+from bubblemesh.geometry.corners import bends_of, turns
 from bubblemesh.problem.domain import case_domain
 
 CASE = {
@@ -53,7 +53,8 @@ def regular(sides):
 )
 def test_round_rings_with_the_domain_outside_bend_around_their_centres(hole, around):
     boundary = Boundary.of([hole])
-    found = bend_centres(boundary, np.ones(len(boundary.ring), bool), 0.5)
+    found, radii = bends_of(boundary, np.ones(len(boundary.ring), bool), 0.5)
     assert (len(found) > 0) == around
     np.testing.assert_allclose(found, np.broadcast_to([1.0, 2.0], found.shape), atol=1e-9)
-    assert len(bend_centres(boundary, np.zeros(len(boundary.ring), bool), 0.5)) == 0
+    np.testing.assert_allclose(radii, 0.2)
+    assert len(bends_of(boundary, np.zeros(len(boundary.ring), bool), 0.5)[0]) == 0

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from metrics import matrices, random_tensors
 
-from bubblemesh.kernels.tensors import lengths, mapped, mean_lengths, roots, unmapped
-from bubblemesh.meshes.tensors import area_sizes, axes, edge_lengths, intersections, of_axes, size_ratios, turned
+from bubblemesh.kernels.tensors import intersections, lengths, mapped, mean_lengths, roots, unmapped
+from bubblemesh.meshes.tensors import area_sizes, axes, edge_lengths, of_axes, size_ratios, turned
 
 
 @pytest.fixture

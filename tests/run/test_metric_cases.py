@@ -54,16 +54,16 @@ def test_a_front_is_meshed_by_ellipses_that_fit_the_metric():
     assert report.quality["angle_min"] < 40  # those are in space
 
 
-def test_about_half_of_the_nodes_that_shorter_ellipses_take_are_saved_elsewhere():
+def test_most_of_the_nodes_that_shorter_ellipses_take_are_saved_elsewhere():
     narrow = {**FRONT, "across": FRONT["across"].replace("0.02 +", "0.004 +")}
     problem = prepare(metric_case(narrow))
     packing, requested = problem.packing_spacing, problem.spacing
     shorter = ideal_nodes(problem.domain, requested.straightened(), 10**6, 1e-3) / problem.survey.ideal_nodes
     assert shorter > 1.02
-    assert problem.expected_nodes / problem.survey.ideal_nodes == pytest.approx(shorter**0.5, abs=0.003)
+    assert problem.expected_nodes / problem.survey.ideal_nodes == pytest.approx(shorter**0.3, abs=0.003)
     ahead = np.array([[0.5, 0.5], [0.25, 0.7]])
-    assert packing.axes(ahead).across / requested.axes(ahead).across == pytest.approx(shorter**0.25, abs=0.003)
-    np.testing.assert_array_less([0.97, 0.5], packing.shares(ahead))
+    assert packing.axes(ahead).across / requested.axes(ahead).across == pytest.approx(shorter**0.35, abs=0.003)
+    np.testing.assert_array_less([0.97, 0.4], packing.shares(ahead))
     np.testing.assert_array_less(packing.shares(ahead), [1.001, 0.9])
 
 
@@ -296,15 +296,19 @@ def test_ellipses_along_walls_are_circles_at_ends_and_bends_and_longer_away_from
     assert report.nodes < 400
 
 
-def test_ellipses_along_a_small_round_hole_are_as_long_as_they_can_go_around_it():
+@pytest.mark.parametrize("radius", [0.02, 0.1])
+def test_ellipses_along_a_round_hole_are_as_long_as_edges_that_can_go_around_it(radius):
     domain = {
         "outer": {"rectangle": [0, 0, 1, 1]},
-        "holes": [{"circle": {"center": [0.5, 0.4], "radius": 0.02}, "label": "h"}],
+        "holes": [{"circle": {"center": [0.5, 0.4], "radius": radius}, "label": "h"}],
     }
     problem = prepare(metric_case({"like": "boundary", "label": "h", "across": 0.002}, domain=domain, spacing=0.1))
-    at = problem.spacing.axes(np.array([[0.52, 0.4], [0.5, 0.45], [0.9, 0.4]]))
-    np.testing.assert_allclose(at.along, [0.002 + 0.7 * 0.02, 0.008 + 0.7 * 0.05, 0.1], rtol=1e-3)
-    assert mesh_problem(problem).report.quality["p01"] > 0.4
+    at = problem.spacing.axes(np.array([[0.5 + radius, 0.4], [0.5, 0.43 + radius], [0.9, 0.4]]))
+    around = np.sqrt(2 * radius * np.array([0.002, 0.008]))
+    np.testing.assert_allclose(at.along, [around[0], min(around[1] + 0.7 * 0.03, 0.1), 0.1], rtol=1e-3)
+    quality = mesh_problem(problem).report.quality
+    assert quality["p01"] > 0.6
+    assert quality["min"] > 0.5
 
 
 def test_ellipses_are_circles_around_points_that_share_a_label_with_walls():

@@ -29,7 +29,7 @@ FREE = 1.3  # times too long or too short: edges up to that are as good as any i
 MOST_COST = 1.0  # of a triangle, where a packing is judged as a whole
 # Costs in terms of a step of relaxation, as measured.
 SMOOTHING = 200.0  # a pass
-TRIAL = 75.0  # an attempt
+TRIAL = 35.0  # an attempt
 
 
 @record

@@ -9,7 +9,6 @@ from bubblemesh.kernels.patches import least_around
 from bubblemesh.packing.net import Net
 from bubblemesh.packing.splicing import removed, with_middles
 
-RINGS = 2  # of bubbles around a triangle that a patch has; the outermost ones stay
 LOOKS = 6  # for room between the patches that are there already
 
 
@@ -64,11 +63,12 @@ class PatchNet(NamedTuple):
 
 
 def patches_around(
-    candidates: Integers, net: Net, x: Floats, tensors: Floats, triangles: Integers, edges: Integers
+    candidates: Integers, rings: int, net: Net, x: Floats, tensors: Floats, triangles: Integers, edges: Integers
 ) -> tuple[Integers, Booleans, PatchNet]:
     """Patches of triangles (t, 3) and edges (m, 2) with the boundary of a net, around candidates (c,).
 
-    Their bubbles are at x (n, 2), with tensors (n, 3).
+    Their bubbles are at x (n, 2), with tensors (n, 3). Around a triangle there are so many ``rings`` of them, of which
+    the outermost one stays.
 
     Returns
     -------
@@ -86,15 +86,15 @@ def patches_around(
         # 1. Those are chosen that come before all others near to them.
         rank, first = np.arange(len(left)), np.full(n, none)
         np.minimum.at(first, triangles[left], rank[:, None])
-        near = least_around(edges, first, 2 * RINGS + 1)
+        near = least_around(edges, first, 2 * rings + 1)
         chosen = np.append(chosen, left[all_of_rows(near[triangles[left]] == rank[:, None])])
         # 2. What is near to those is left no longer.
         patch[triangles[chosen]] = np.arange(len(chosen))[:, None]
-        apart = least_around(edges, patch, 2 * RINGS + 1) == none
+        apart = least_around(edges, patch, 2 * rings + 1) == none
         left = left[all_of_rows(apart[triangles[left]])]
         if len(left) == 0:
             break
-    inner = least_around(edges, patch, RINGS - 1)
+    inner = least_around(edges, patch, rings - 1)
     patch = least_around(edges, inner, 1)
     within, known = all_of_rows(patch[triangles] < none), np.zeros(n, bool)
     known[triangles[within]] = True

@@ -7,7 +7,6 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.ellipse_motion import moved
-from bubblemesh.kernels.ellipse_smoothing import costs_in
 from bubblemesh.kernels.tensors import roots, unmapped
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import doubled_areas
@@ -20,7 +19,6 @@ from bubblemesh.packing.ellipses.smoothing import (
     better_shapes,
     costs_by,
     metrics_around,
-    side_weight,
     smoothed_places,
 )
 from bubblemesh.packing.mending import MendingAttempts
@@ -29,9 +27,8 @@ from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
-PASSES = 2  # of flips and smoothing in a trial
+RINGS = 1, 2  # of bubbles around a bad triangle: small patches, of which there are many at once, and larger ones
 PRICE = 2.0  # what triangles have to cost less for one bubble more, and may cost more for one less
-HOPE = 1.0  # costs above those before, of a patch that a pass is still made for
 LEAST_GAIN = 1e-3  # costs that are less by more than rounding
 AGAIN = 0.8  # of the chance to be tried, of a triangle for each trial in vain at its nodes
 SMALL, LARGE = 0.8, 1.2  # triangles, by their areas in the metric and in terms of perfect ones
@@ -79,12 +76,13 @@ class Trials:
     def attempt(self, state: Tried, candidates: Integers) -> Tried:
         """The state after trials at some of the candidates (c,), whose patches are apart."""
         edges, _ = unique_edges(state.triangles)
-        chosen, within, patches = patches_around(candidates, self.net, state.x, state.tensors, state.triangles, edges)
+        rings, given = int(self.random.choice(RINGS)), (state.x, state.tensors, state.triangles, edges)
+        chosen, within, patches = patches_around(candidates, rings, self.net, *given)
         corners, count = state.triangles[chosen], len(chosen)
         before, owner = _sums(state.costs[within], patches.owner, count), np.full(len(within), -1)
         owner[within] = patches.owner
         # 1. Bubbles leave, come and are displaced; what is around them is smoothed.
-        patches = self.smoothed(self.changed(patches, corners, state, edges), before)
+        patches = self.smoothed(self.changed(patches, corners, state, edges))
         # 2. Patches stay so whose triangles cost less.
         patches, inside = self.measured(patches)
         cost = costs_by(patches.x, patches.triangles, inside, roots(patches.tensors), self.smoothing)
@@ -137,20 +135,14 @@ class Trials:
         moves[displaced] = unmapped(roots(changed.tensors[displaced]), self.mending.mend_amplitude * random)
         return changed._replace(x=moved(changed.x, moves, changed.triangles)[0])
 
-    def smoothed(self, patches: PatchNet, before: Floats) -> PatchNet:
-        """Patches after flips and smoothing, without those that cost so much more than before that there is no hope."""
-        for done in range(PASSES):
-            patches, around = self.measured(patches)
-            x, free, own_roots = patches.x, patches.free, roots(patches.tensors)
-            triangles, around = better_shapes(x, patches.triangles, patches.facets, self.spacing, around)
-            inside, own = metrics = metrics_around(x, triangles, around, own_roots, free, self.spacing)
-            given = x, triangles, free, inside, own, own.axes, self.smoothing
-            x = smoothed_places(*given)
-            patches = patches._replace(x=x, triangles=triangles)
-            if done < PASSES - 1:
-                about = costs_in(x, triangles, *metrics, side_weight(self.smoothing)) - 1
-                patches = patches.select(_sums(about, patches.owner, len(before)) < before + HOPE)
-        return patches
+    def smoothed(self, patches: PatchNet) -> PatchNet:
+        """Patches after flips and smoothing."""
+        patches, around = self.measured(patches)
+        x, free, own_roots = patches.x, patches.free, roots(patches.tensors)
+        triangles, around = better_shapes(x, patches.triangles, patches.facets, self.spacing, around)
+        inside, own = metrics_around(x, triangles, around, own_roots, free, self.spacing)
+        places = smoothed_places(x, triangles, free, inside, own, own.axes, self.smoothing)
+        return patches._replace(x=places, triangles=triangles)
 
     def measured(self, patches: PatchNet) -> tuple[PatchNet, Floats]:
         """Patches with the tensors where bubbles are now, and roots (t, 3) of the metric at the centroids."""

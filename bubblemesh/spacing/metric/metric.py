@@ -18,7 +18,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 EllipsesAt = Callable[[Floats, Floats], Axes]  # at the coordinates x (n,) and y (n,)
 
-STRAIGHT = 2.0**0.5  # in the metric of its ends: the most that a straight edge along an ellipse may measure
+STRAIGHT = 1.2  # in the metric of its ends: the most that a straight edge along an ellipse may measure
 ROUND = 1.2  # aspect up to which an ellipse is as good as a circle
 CORRECTIONS = 2  # of the length of such an edge
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bubblemesh.arrays import Floats, turned_left
-from bubblemesh.kernels.tensors import lengths
-from bubblemesh.meshes.tensors import Axes, axes, intersections, of_axes
+from bubblemesh.kernels.tensors import intersections, lengths
+from bubblemesh.meshes.tensors import Axes, axes, of_axes
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import EllipsesAt
 from bubblemesh.spacing.spacing import Spacing

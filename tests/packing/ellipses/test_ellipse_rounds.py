@@ -189,7 +189,8 @@ def test_as_many_bubbles_are_packed_as_the_area_in_the_metric_has_room_for():
     x, triangles = last.net.bubbles.x, last.net.triangles
     density = 1 / front()(x[triangles].mean(axis=1)) ** 2
     areas = signed_areas(x, triangles) * density / (np.sqrt(3) / 4)
-    assert areas.sum() == pytest.approx(len(triangles), rel=0.03)
+    # Trials go by the metric that is asked for: where ellipses are shorter they take some bubbles away.
+    assert areas.sum() == pytest.approx(len(triangles), rel=0.04)
     assert front().measures(x, triangles).radius_ratios.mean() > 0.95
 
 

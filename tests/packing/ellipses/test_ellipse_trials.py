@@ -126,10 +126,11 @@ def test_a_bubble_leaves_where_one_is_too_many():
     assert len(found.tensors) == len(bubbles)
 
 
-def test_patches_are_apart(ellipses):
+@pytest.mark.parametrize("rings", [1, 2])
+def test_patches_are_apart(ellipses, rings):
     net, candidates = ellipses.net, np.arange(0, len(ellipses.net.triangles), 3)
     x, triangles, edges = net.bubbles.x, net.triangles, net.edges
-    chosen, within, patches = patches_around(candidates, net, x, ellipses.tensors, triangles, edges)
+    chosen, within, patches = patches_around(candidates, rings, net, x, ellipses.tensors, triangles, edges)
     assert len(chosen) > 3
     assert chosen[0] == candidates[0]
     patch = np.full(len(x), -1)
@@ -142,15 +143,18 @@ def test_patches_are_apart(ellipses):
     free = patches.nodes[patches.free]
     assert (free >= net.bubbles.boundary_count).all()
     assert within[np.isin(triangles, free).any(axis=1)].all()
-    # There is no room for one more.
+    moving = np.sort(patches.nodes[patches.free])
+    around = net.dilated(np.isin(np.arange(len(x)), triangles[chosen]), rings - 1)
+    np.testing.assert_array_equal(moving, np.flatnonzero(around & (np.arange(len(x)) >= net.bubbles.boundary_count)))
+    # There is hardly any room for one more.
     taken = net.within(patches.nodes, 1)
-    assert net.dilated(taken, 2)[triangles[candidates]].any(axis=1).all()
+    assert net.dilated(taken, rings)[triangles[candidates]].any(axis=1).mean() > 0.9
 
 
 def test_some_of_the_patches_are_as_they_were(ellipses):
     net = ellipses.net
     given = net, net.bubbles.x, ellipses.tensors, net.triangles, net.edges
-    _, _, patches = patches_around(np.arange(len(net.triangles)), *given)
+    _, _, patches = patches_around(np.arange(len(net.triangles)), 2, *given)
     chosen = np.arange(patches.patch.max() + 1) % 2 == 0
     some = patches.select(chosen)
     kept = chosen[patches.owner]

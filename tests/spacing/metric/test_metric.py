@@ -56,14 +56,14 @@ def test_a_metric_in_one_direction_needs_no_shorter_ellipses():
     np.testing.assert_allclose(metric.straightened().at(points), metric.at(points), rtol=1e-6)
 
 
-@pytest.mark.parametrize("across", [0.01, 0.003, 0.001])
+@pytest.mark.parametrize("across", [0.02, 0.003, 0.001])
 def test_straight_edges_can_follow_the_ellipses_of_a_straightened_metric(across):
     metric = around_a_circle(across, 0.1, 0.5)
     straight = metric.straightened()
     angle = np.linspace(0, 6, 50)
     points = 0.5 * np.column_stack([np.cos(angle), np.sin(angle)])
     narrow, along, direction = axes(straight.at(points))
-    assert (along < 0.1 - 1e-3).all() == (across < 0.01)
+    assert (along < 0.1 - 1e-3).all() == (across < 0.02)
     np.testing.assert_allclose(narrow, across, rtol=1e-6)
     edge = along[:, None] * direction
     there = [lengths(straight.at(points + side * edge / 2), edge) for side in (-1, 1)]
