@@ -126,8 +126,8 @@ def test_a_bubble_leaves_where_one_is_too_many():
     assert len(found.tensors) == len(bubbles)
 
 
-@pytest.mark.parametrize("rings", [1, 2])
-def test_patches_are_apart(ellipses, rings):
+@pytest.mark.parametrize(("rings", "share"), [(1, 0.7), (2, 1.0)])
+def test_patches_are_apart(ellipses, rings, share):
     net, candidates = ellipses.net, np.arange(0, len(ellipses.net.triangles), 3)
     x, triangles, edges = net.bubbles.x, net.triangles, net.edges
     chosen, within, patches = patches_around(candidates, rings, net, x, ellipses.tensors, triangles, edges)
@@ -146,9 +146,9 @@ def test_patches_are_apart(ellipses, rings):
     moving = np.sort(patches.nodes[patches.free])
     around = net.dilated(np.isin(np.arange(len(x)), triangles[chosen]), rings - 1)
     np.testing.assert_array_equal(moving, np.flatnonzero(around & (np.arange(len(x)) >= net.bubbles.boundary_count)))
-    # There is hardly any room for one more.
+    # There is little room for more, and none for larger ones.
     taken = net.within(patches.nodes, 1)
-    assert net.dilated(taken, rings)[triangles[candidates]].any(axis=1).mean() > 0.9
+    assert net.dilated(taken, rings)[triangles[candidates]].any(axis=1).mean() >= share
 
 
 def test_some_of_the_patches_are_as_they_were(ellipses):
