@@ -202,6 +202,11 @@ def listed(words: Sequence[str], most: int = MOST_NAMES) -> str:
     return f"{', '.join(words[:most])}{more}"
 
 
+def with_labels(labels: Sequence[str]) -> str:
+    """End of a note on what is left out: the labels that are lost with it; empty if there are none."""
+    return f", and with them {counted(len(labels), 'label')}: {listed([*map(repr, labels)])}" if labels else ""
+
+
 def meant(word: str, known: Iterable[str]) -> str:
     """The known word that ``word`` may mean, or all of them."""
     words = list(known)

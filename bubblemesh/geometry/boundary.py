@@ -13,7 +13,7 @@ from bubblemesh.geometry.paths import CurveSection, OpenPath, Point, Ring, Whole
 from bubblemesh.geometry.tracks import CurveNodes, Tracks, along_curves, points_of, tangents_of
 from bubblemesh.records import record
 
-COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right")
+COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right", "named", "turned")
 FEWEST_CHORDS = 8  # of a part of a curve
 
 
@@ -46,6 +46,8 @@ class Boundary:
     ring: Integers  # (p,), outer rings first, from 0; inner pieces have a negative one
     left: Integers  # (p,), number of the region on that side, -1 outside the domain
     right: Integers  # (p,), likewise
+    named: Booleans  # (p,), whether the label was given, not made up
+    turned: Booleans  # (p,), whether the side that an inner piece belongs to is its right one
     corners: Floats  # (k, 2), fixed nodes; one that is not the end of a piece is an embedded point
     labels: tuple[str, ...]
     area_of_ring: tuple[int, ...] = ()  # number of the area that each ring bounds
@@ -66,7 +68,9 @@ class Boundary:
     def empty(cls) -> "Boundary":
         """Boundary without pieces."""
         none = np.zeros(0, np.int64)
-        return cls((), none, none, np.zeros(0), np.zeros(0), none, none, none, none, none, none, np.zeros((0, 2)), ())
+        neither = np.zeros(0, bool)
+        ends = none, none, none, none, none, none
+        return cls((), none, none, np.zeros(0), np.zeros(0), *ends, neither, neither, np.zeros((0, 2)), ())
 
     def with_inner(self, paths: Sequence[OpenPath], points: Sequence[Point] = ()) -> "Boundary":
         """The boundary with inner pieces along paths, whose vertices may be corners already, and embedded points.
@@ -86,11 +90,13 @@ class Boundary:
         # Lists for each column: rows of a table would take several times as long, of files with very many sides.
         curves = list[WholeCurve]()
         start, end, label = (list[int]() for _ in range(3))
+        named = list[bool]()
         for path in paths:
             ends = [corners.setdefault(vertex, len(corners)) for vertex in path.vertices] or [-1, -1]
             start += ends[:-1]
             end += ends[1:]
             label += [labels.setdefault(name or path.label, len(labels)) for _, name in path.sides]
+            named += [path.sides_named if name else path.named for _, name in path.sides]
             found = [curve for curve, _ in path.sides]
             sections |= {row: curve for row, curve in enumerate(found, len(curves)) if isinstance(curve, CurveSection)}
             curves += [curve.curve if isinstance(curve, CurveSection) else curve for curve in found]
@@ -99,14 +105,16 @@ class Boundary:
         for point in points:
             corners.setdefault(point, len(corners))
         rows = len(kind)
-        ring = np.repeat(np.array(rings, np.int64), [len(path.sides) for path in paths])
+        counts = [len(path.sides) for path in paths]
+        ring, turned = np.repeat(np.array(rings, np.int64), counts), np.repeat([path.turned for path in paths], counts)
         (index, left), (offset, lengths) = np.zeros((2, rows), np.int64), np.zeros((2, rows))
         families = self.families
         for number in kinds.values():
             mine = np.flatnonzero(kind == number)
             families = *families, family([curves[row] for row in mine])
             index[mine], lengths[mine] = np.arange(len(mine)), families[number].lengths
-        given = kind, index, offset, lengths, *_integers(start, end, label), ring, left, left + right
+        beside = left, left + right, np.array(named, bool), turned.astype(bool)
+        given = kind, index, offset, lengths, *_integers(start, end, label), ring, *beside
         columns: dict[str, Any] = dict(zip(COLUMNS, given, strict=True))
         for row, section in sections.items():
             columns["offset"][row], columns["lengths"][row] = section.offset, section.length

@@ -211,9 +211,9 @@ class Ring:
         """The ring with all its sides called ``label``, if that is given."""
         return self if label is None else replace(self, sides=tuple(side._replace(label=label) for side in self.sides))
 
-    def renamed(self, old: str, new: str) -> "Ring":
-        """The ring with the sides that are called ``old`` called ``new``."""
-        return replace(self, sides=tuple(s._replace(label=new) if s.label == old else s for s in self.sides))
+    def without_label(self, label: str) -> "Ring":
+        """The ring without the ``label`` on its sides."""
+        return replace(self, sides=tuple(s._replace(label=None) if s.label == label else s for s in self.sides))
 
     def relabelled(self, name: Callable[[str | None], str]) -> "Ring":
         """The ring with the labels of its sides replaced by what the function makes of them."""
@@ -306,6 +306,8 @@ class OpenPath:
     unit: float = 1.0  # length of what was 1 where the line is drawn, in the case or in its file
     named: bool = True  # whether the label was given, not made up
     joined: bool = False  # whether an end was moved to what it nearly met
+    sides_named: bool = True  # whether those of the sides were
+    turned: bool = False  # whether the right side is the one that its edges belong to, as of a region inside
 
     @property
     def name(self) -> str:
@@ -336,9 +338,9 @@ class OpenPath:
 
     @classmethod
     def around(cls, ring: Ring, label: str) -> "OpenPath":
-        """The sides of a ring."""
+        """The sides of a ring, with a label made up for those that have none."""
         vertices = ring.vertices + ring.vertices[:1]
-        return cls(ring.sides, vertices, label, ring.notes, ring.key, lost=ring.lost, origin=ring.origin)
+        return cls(ring.sides, vertices, label, ring.notes, ring.key, lost=ring.lost, origin=ring.origin, named=False)
 
 
 @record

@@ -57,6 +57,8 @@ class Rest:
             ring=np.append(whole.ring[bare], np.full(edges, -1)),
             left=np.append(whole.left[bare], beside.region),
             right=np.append(whole.right[bare], right),
+            named=np.append(whole.named[bare], np.zeros(edges, bool)),
+            turned=np.append(whole.turned[bare], np.zeros(edges, bool)),
             corners=strips.x,
             labels=(*whole.labels, FRONT),
         )

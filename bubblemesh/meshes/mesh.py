@@ -41,7 +41,8 @@ class Mesh:
         Counter-clockwise node indices; in a mesh of second order also the nodes on edges 0-1, 1-2 and 2-0.
     facets : (f, 2) or (f, 3)
         Node indices of labelled edges: all boundary edges, with the domain on their left, and inner ones (interfaces
-        of regions, embedded lines); in a mesh of second order also the node on the edge.
+        of regions, with the region on their left whose label they have, and embedded lines, as these are drawn); in a
+        mesh of second order also the node on the edge.
     facet_labels : (f,)
         Index into ``labels`` for each facet.
     labels : tuple of str

@@ -163,6 +163,8 @@ def _polygon(corners: Floats, ends: Integers, outer: int) -> Domain:
         ring=zeros - 1,
         left=zeros,
         right=np.where(on_rim, -1, 0),
+        named=np.zeros(count, bool),
+        turned=np.zeros(count, bool),
         corners=corners,
         labels=("rim",),
     )

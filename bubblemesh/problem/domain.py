@@ -234,7 +234,8 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
                 found = drawn(areas, model, _renamed)
             seen |= dict.fromkeys((str(area.name) for area in found), number)
         label = model.label if isinstance(model, RegionFile) else getattr(model.ring, "label", None)
-        yield from (_region(area, str(area.name), number, label) for area in found)
+        named = label is not None or not isinstance(model, RegionFile)
+        yield from (replace(_region(area, str(area.name), number, label), named=named) for area in found)
 
 
 def _region_key(entry: int) -> Key:
@@ -294,13 +295,13 @@ def _region(area: Area, name: str, entry: int, label: str | None) -> Region:
 
     A ring that a file calls as the case calls the region has the label of a rim, unless the case gives that ``label``.
     """
-    key, rim = _region_key(entry), f"{name}-rim"
+    key = _region_key(entry)
 
     def own(ring: Ring) -> Ring:
         by_file = ring.origin is not None and label != name
-        return replace(ring.renamed(name, rim) if by_file else ring, key=key)
+        return replace(ring.without_label(name) if by_file else ring, key=key)
 
-    return Region(area.mapped(own), name, label=rim, entry=entry)
+    return Region(area.mapped(own), name, label=f"{name}-rim", entry=entry)
 
 
 def _with_shared_names(domain: Domain) -> Domain:

@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
-from bubblemesh.messages import counted, place
+from bubblemesh.messages import counted, place, with_labels
 from bubblemesh.records import record
 
 SAME = 1e-13  # of a ring's extent: nearer points are the same, as in rings of a case
@@ -25,11 +25,13 @@ class Slips:
     flat: int = 0  # rings that bound no area
     copies: int = 0  # curves given twice
     first: Point | None = None
+    labels: tuple[str, ...] = ()  # of curves given twice, where the one that stays has another label
 
     def __add__(self, other: "Slips") -> "Slips":
         first = other.first if self.first is None else self.first
         doubles, spikes, flat = self.doubles + other.doubles, self.spikes + other.spikes, self.flat + other.flat
-        return Slips(doubles, spikes, flat, self.copies + other.copies, first)
+        labels = tuple(dict.fromkeys((*self.labels, *other.labels)))
+        return Slips(doubles, spikes, flat, self.copies + other.copies, first, labels)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -42,7 +44,7 @@ class Slips:
         }
         parts = [counted(number, noun) for noun, number in kinds.items() if number]
         where = "" if self.first is None else f", the first at {place(self.first)}"
-        return (f"{', '.join(parts)} dropped{where}",) if parts else ()
+        return (f"{', '.join(parts)} dropped{where}{with_labels(self.labels)}",) if parts else ()
 
 
 def clean_loop(start: Point, pieces: Sequence[Piece]) -> tuple[Point, list[Piece], Slips]:

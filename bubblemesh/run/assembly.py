@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats, Integers, each_once
+from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.periodic import matching_edges
@@ -37,7 +38,7 @@ def mesh_of(net: Net, domain: Domain) -> Mesh:
     triangles = sorted_triangles(net.triangles)
     region = np.zeros(len(triangles), np.int64)
     if domain.parts.regions:
-        region = regions(triangles, frame.facets, domain.boundary.left[piece], domain.boundary.right[piece])
+        region = regions(triangles, frame.facets, *_regions_beside(domain.boundary, piece))
     numbers, region = np.unique(domain.parts.name_indices[region], return_inverse=True)
     names = tuple(domain.parts.names[k] for k in numbers)
     return replace(frame, triangles=triangles, regions=names, triangle_regions=region)
@@ -81,7 +82,7 @@ def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) 
     net, parts = parted.net, domain.parts
     frame, piece = _frame(net.bubbles, domain)
     walls = np.concatenate([frame.facets, parted.rim])
-    sides = (np.append(side[piece], parted.rim_region) for side in (domain.boundary.left, domain.boundary.right))
+    sides = (np.append(side, parted.rim_region) for side in _regions_beside(domain.boundary, piece))
     region = regions(net.triangles, walls, *sides)
     numbers = each_once(parts.name_indices[np.append(region, parted.regions)])
     index = np.searchsorted(numbers, parts.name_indices)
@@ -104,16 +105,20 @@ def sliced_mesh(parted: "Parted", domain: Domain, fields: Mapping[str, Floats]) 
 
 
 def _frame(bubbles: Bubbles, domain: Domain) -> tuple[Mesh, Integers]:
-    """A mesh of bubbles without triangles, with the domain's labels; and the boundary piece (f,) of each facet."""
+    """A mesh of bubbles without triangles, with the domain's labels; and the boundary piece (f,) of each facet.
+
+    An inner facet has on its left what it belongs to, whichever way its piece runs.
+    """
     boundary, parts = domain.boundary, domain.parts
     facets, piece = boundary.edges(bubbles.piece, bubbles.s)
     begin, end = boundary.arcs(facets, piece, bubbles.s)
+    facing = np.where(boundary.turned[piece, None], facets[:, ::-1], facets)
     labels, label = np.unique(boundary.label[piece], return_inverse=True)
     numbers = {label: k for k, label in enumerate(dict.fromkeys(point.label for point in parts.points))}
     frame = Mesh(
         bubbles.x,
         np.zeros((0, 3), np.int64),
-        facets,
+        facing,
         label,
         tuple(boundary.labels[k] for k in labels),
         labelled_nodes=_nearest(bubbles.x[: bubbles.corners], [point.at for point in parts.points]),
@@ -123,6 +128,12 @@ def _frame(bubbles: Bubbles, domain: Domain) -> tuple[Mesh, Integers]:
         periodic=matching_edges(domain.periodic, piece),
     )
     return frame, piece
+
+
+def _regions_beside(boundary: Boundary, piece: Integers) -> tuple[Integers, Integers]:
+    """Numbers (f,) of the regions on the left and on the right of facets, which lie on the pieces (f,)."""
+    left, right, turned = boundary.left[piece], boundary.right[piece], boundary.turned[piece]
+    return np.where(turned, right, left), np.where(turned, left, right)
 
 
 def _nearest(corners: Floats, places: Sequence[Point]) -> Integers:

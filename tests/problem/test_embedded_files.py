@@ -72,13 +72,13 @@ class TestLines:
 
     @pytest.mark.parametrize(("label", "told"), [("", "'edge'"), (", label: own", "'own'")])
     def test_an_error_names_the_feature(self, domain_of, label, told):
-        shapes = {"road": [[1, 1], [4, 4]], "edge": [[0, 0], [10, 0]]}
+        shapes = {"road": [[1, 1], [4, 4]], "edge": [[20, 20], [30, 30]]}
         features = [
             {"type": "Feature", "properties": {"name": name}, "geometry": {"type": "LineString", "coordinates": shape}}
             for name, shape in shapes.items()
         ]
         content = json.dumps({"type": "FeatureCollection", "features": features})
-        named = rf"the line {told} \(a\.geojson: feature 1 \(edge\)\) at \(5, 0\) lies on the boundary of .*, 'outer'"
+        named = rf"the line {told} \(a\.geojson: feature 1 \(edge\)\) at \(25, 25\) lies outside the domain"
         with pytest.raises(GeometryError, match=named):
             domain_of(SQUARE + f", lines: [{{file: a.geojson, outside: skip{label}}}]", a_geojson=content)
 
@@ -236,6 +236,43 @@ spacing: 9
         "the line 'B' runs along 'A' at (40, 10): that part of it has the label 'A' alone",
         "the line 'C' runs along 'rim' at (67.5, 0): that part of it has the label 'rim' alone",
     ]
+
+
+class TestLinesDrawnOverAnOutline:
+    """Loads and supports on layers of their own."""
+
+    @pytest.fixture(autouse=True)
+    def drawing(self, tmp_path):
+        document = pytest.importorskip("ezdxf").new()
+        space = document.modelspace()
+        corners = [(0, 0), (9, 0), (9, 3), (0, 3)]
+        for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+            space.add_line(start, end, dxfattribs={"layer": "PART"})
+        space.add_line((9, 3), (9, 0), dxfattribs={"layer": "LOAD"})
+        for layer in ("PART", "BORE"):
+            space.add_circle((4, 1.5), 1, dxfattribs={"layer": layer})
+        document.saveas(tmp_path / "a.dxf")
+        space.add_line((0, 1), (0, 2), dxfattribs={"layer": "FIXED"})
+        document.saveas(tmp_path / "b.dxf")
+
+    def test_labels_of_double_lines_are_told(self, domain_of):
+        found = domain_of("file: a.dxf")
+        assert found.labels == ("PART",)
+        assert found.notes == (
+            "a.dxf: 2 double lines dropped, the first at (9, 3), and with them 2 labels: 'LOAD', 'BORE'",
+        )
+
+    def test_labels_of_open_curves_are_told(self, domain_of):
+        note, _ = domain_of("file: b.dxf, open: skip").notes
+        assert note == "b.dxf: 1 open curve left out, at (0, 1), and with them 1 label: 'FIXED'"
+
+    def test_as_lines_they_label_the_boundary(self, domain_of):
+        found = domain_of("file: b.dxf, layer: PART, lines: [{file: b.dxf, layer: [LOAD, FIXED, BORE]}]")
+        boundary = found.boundary
+        sums = np.bincount(boundary.label, boundary.lengths, len(boundary.labels))
+        lengths = dict(zip(boundary.labels, sums.tolist(), strict=True))
+        assert lengths == pytest.approx({"PART": 20, "LOAD": 3, "FIXED": 1, "BORE": 2 * np.pi})
+        assert found.notes == ()
 
 
 def test_equal_rings_of_a_file_are_one_hole_after_a_repair(tmp_path):

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Integers
 from bubblemesh.errors import GeometryError, about
+from bubblemesh.geometry.arrangement.labels import Along
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import OpenPath
 from bubblemesh.messages import counted, listed, place
@@ -46,6 +46,8 @@ class Gone(NamedTuple):
             return "make join smaller, or remove the line"
         if self.on_lines:
             return "move or remove it, or give both one label"
+        if self.on_rings and not self.outside:
+            return "give it a label, which that part of the boundary gets, or remove it"
         is_entry = "lines" in self.line.key and not self.on_rings
         return "move or remove it" + (", or leave it out by outside: skip" if is_entry else "")
 
@@ -54,7 +56,7 @@ def covered_lines(
     boundary: Boundary,
     lines: Sequence[OpenPath],
     left: AbstractSet[int],
-    along: Integers,
+    along: Along,
     polygon: shapely.Polygon | shapely.MultiPolygon,
 ) -> tuple[list[int], tuple[str, ...]]:
     """Ring numbers of the lines that count as those on which they lie, and a note on them.
@@ -67,7 +69,7 @@ def covered_lines(
         Lines, whose pieces have the ring numbers -1, -2 and so on.
     left
         Ring numbers of which pieces are left.
-    along : (k, 2)
+    along
         Inner pieces that are dropped, and those along which they run.
     polygon
         The domain.
@@ -94,13 +96,13 @@ def _gone(
     boundary: Boundary,
     lines: Sequence[OpenPath],
     number: int,
-    along: Integers,
+    along: Along,
     polygon: shapely.Polygon | shapely.MultiPolygon,
 ) -> Gone:
     """Where the line with a ring number is."""
     line = lines[-1 - number]
     own = np.flatnonzero(boundary.ring == number)
-    piece, other = along[np.isin(along[:, 0], own)].T
+    piece, other = along.select(np.isin(along.piece, own))
     ringed = ~boundary.inner[other]
     middle = boundary.points(own, boundary.lengths[own] / 2)
     inside = own[shapely.contains_xy(polygon, middle)]

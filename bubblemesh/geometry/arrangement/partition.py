@@ -11,6 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, turned_left
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.covered_lines import covered_lines
+from bubblemesh.geometry.arrangement.labels import Along, laid_on_rings, lost_notes, overlap_notes, with_given_labels
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.regions import (
     InnerParts,
@@ -50,15 +51,22 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
     whole = noded(whole, size, len(boundary.corners), parts)
     keep, pairs = doubles(whole, tolerance)
-    along = pairs[keep[pairs[:, 1]]]
-    single = whole.select(np.flatnonzero(keep))
+    along = Along(*pairs[keep[pairs[:, 1]]].T)
+    laid = laid_on_rings(whole, len(parts.lines), keep, along, polygon)
+    final = with_given_labels(whole, along, laid)
+    single = final.select(np.flatnonzero(keep))
     sides = _Sides.of(single, whole, parts, polygon)
     sides.require_regions_apart()
     single = clipped_to_domain(sides.numbered(), parts.points, tolerance)
-    covered, notes = covered_lines(whole, parts.lines, set(single.ring.tolist()), along, polygon)
+    used = laid[along.piece] & (final.label[along.piece] == final.label[along.other])
+    left = {*single.ring.tolist(), *whole.ring[along.piece[used]].tolist()}
+    covered, notes = covered_lines(whole, parts.lines, left, along, polygon)
     sides.require_seen(single)
-    partly = along[~np.isin(whole.ring[along[:, 0]], covered)]
-    return replace(single, ring=np.maximum(single.ring, -1)), (*notes, *overlap_notes(whole, parts.lines, partly))
+    seen = np.zeros(len(keep), bool)
+    seen[keep] = sides.seen
+    partly = along.select(~np.isin(whole.ring[along.piece], covered))
+    notes = *notes, *overlap_notes(final, parts.lines, partly), *lost_notes(whole, final, along, seen)
+    return replace(single, ring=np.maximum(single.ring, -1)), notes
 
 
 def _size(polygon: shapely.Polygon) -> float:
@@ -96,21 +104,6 @@ def doubles(boundary: Boundary, tolerance: float) -> tuple[Booleans, Integers]:
     double = (rank[j] < rank[i]) & (low[i] == low[j]) & (high[i] == high[j]) & boundary.inner[i]
     keep[i[double]] = False
     return keep, np.column_stack([i[double], j[double]])
-
-
-def overlap_notes(boundary: Boundary, lines: Sequence[OpenPath], pairs: Integers) -> tuple[str, ...]:
-    """Notes on embedded lines with pieces that run along others, by pairs (k, 2) of these; the others' labels count."""
-    told: dict[str, None] = {}
-    for piece, other in pairs.tolist():
-        number = -1 - int(boundary.ring[piece])
-        label, own = (boundary.labels[boundary.label[k]] for k in (other, piece))
-        if 0 <= number < len(lines) and label != own:
-            middle = boundary.points(np.array([piece]), boundary.lengths[[piece]] / 2)[0]
-            told.setdefault(
-                f"the line {lines[number].name} runs along {label!r} at {place(middle)}: that part of it has the label "
-                f"{label!r} alone"
-            )
-    return tuple(told)
 
 
 def clipped_to_domain(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
@@ -189,6 +182,11 @@ class _Sides:
             if same:
                 raise GeometryError(f"{names} at {where} are the same: remove one of them")
             raise GeometryError(f"{names} overlap at {where}: give them a common side")
+
+    @property
+    def seen(self) -> Booleans:
+        """Mask (p,) of the pieces that bound the domain or are inside it."""
+        return self.within[: len(self.boundary.kind)]
 
     def require_seen(self, boundary: Boundary) -> None:
         """Check that each region is on some side of the pieces of the boundary; GeometryError about the first one."""

@@ -1,6 +1,7 @@
 """Inner parts of a domain: regions, embedded lines and points, matching sides; and the check that regions fit."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
@@ -8,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers, each_once
+from bubblemesh.arrays import Floats, Integers, each_once, ring_area
 from bubblemesh.errors import GeometryError, Key, about
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.bellies import bellies
@@ -35,6 +36,7 @@ class Region(Uncached):
     name: str
     label: str
     entry: int = 0  # number, from 0, of the case's entry that gives it: a file gives several
+    named: bool = True  # whether the labels of its sides were given for them: those of neighbours in a file name these
 
     @property
     def key(self) -> Key:
@@ -57,6 +59,15 @@ class Region(Uncached):
         origin = f" ({ring.origin})" if ring.origin else ""
         with about(ring.key):
             return simple_polygon(ring.outline, f"the ring of region {self.name!r}{origin}")
+
+    @property
+    def paths(self) -> Iterator[OpenPath]:
+        """The rings as paths, whose edges belong to the inside of the region."""
+        for ring in self.area.rings:
+            is_hole = ring is not self.area.outer
+            clockwise = ring_area(ring.outline) < 0
+            path = OpenPath.around(ring, self.label)
+            yield replace(path, sides_named=self.named, turned=clockwise != is_hole)
 
     @property
     def core(self) -> shapely.Geometry:
@@ -107,8 +118,7 @@ class InnerParts:
     @cached_property
     def paths(self) -> tuple[OpenPath, ...]:
         """Embedded lines, then the rings of regions: the inner pieces of path k have the ring number -1 - k."""
-        around = [OpenPath.around(ring, region.label) for region in self.regions for ring in region.area.rings]
-        return *self.lines, *around
+        return *self.lines, *(path for region in self.regions for path in region.paths)
 
     @property
     def rings(self) -> list[Ring]:

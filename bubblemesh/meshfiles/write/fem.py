@@ -89,7 +89,7 @@ def write_inp(mesh: Mesh, fields: Fields, path: Path, *, element: str) -> None:
 
     - Quadrilaterals of second order have eight nodes: the middle one is left out, the others keep their numbers.
     - Each region is an ELSET, each labelled point an NSET.
-    - Each label is an NSET and, for loads on edges, a SURFACE of the same name; that of an inner line is its left side.
+    - Each label is an NSET and, for loads on edges, a SURFACE of the same name: of the cells on the left of the facets.
     - All nodes are in the NSET ``NALL``, all elements in the ELSET ``EALL``.
     """
     write_text(path, _inp_text(mesh, element))

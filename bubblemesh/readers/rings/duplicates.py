@@ -1,11 +1,11 @@
 """Curves that are twice in a file, as often in drawings: one of them is dropped."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from bubblemesh.arrays import Floats
-from bubblemesh.geometry.paths import Arc, Ellipse, Ring, as_point
+from bubblemesh.geometry.paths import Arc, Ellipse, Ring, Side, as_point
 from bubblemesh.geometry.rings import ArcTo, BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.readers.features import CompoundCurve
 from bubblemesh.readers.slips import Slips
@@ -23,11 +23,12 @@ def without_copies(curves: Sequence[CompoundCurve]) -> tuple[list[CompoundCurve]
     kept, slips = list[CompoundCurve](), Slips()
     for curve in curves:
         near = known.setdefault(_key(curve, tolerance), [])
-        if any(_same(curve, other, tolerance) for other in near):
-            slips += Slips(copies=1, first=curve.start)
-        else:
+        same = next((other for other in near if _same(curve, other, tolerance)), None)
+        if same is None:
             near.append(curve)
             kept.append(curve)
+        else:
+            slips += Slips(copies=1, first=curve.start, labels=_lost(curve.pieces, same.pieces))
     return kept, slips
 
 
@@ -39,18 +40,24 @@ def without_same_circles(rings: Sequence[Ring]) -> tuple[list[Ring], Slips]:
     numbers = np.array(list(forms.values()))
     reach = np.abs(numbers[:, 2:]).sum(axis=1)[:, None]
     tolerance = SAME * float(np.ptp(np.vstack([numbers[:, :2] - reach, numbers[:, :2] + reach]), axis=0).max())
-    known: dict[tuple[float, ...], list[Floats]] = {}
-    copies = set[int]()
+    known: dict[tuple[float, ...], list[int]] = {}
+    copies, slips = set[int](), Slips()
     for k, form in forms.items():
         near = known.setdefault(tuple(np.rint(form / (1000 * tolerance)).tolist()), [])
-        if any(np.allclose(form, other, rtol=0, atol=tolerance) for other in near):
-            copies.add(k)
+        same = next((other for other in near if np.allclose(form, forms[other], rtol=0, atol=tolerance)), None)
+        if same is None:
+            near.append(k)
         else:
-            near.append(form)
-    if not copies:
-        return list(rings), Slips()
-    first = as_point(rings[min(copies)].outline[0])
-    return [ring for k, ring in enumerate(rings) if k not in copies], Slips(copies=len(copies), first=first)
+            copies.add(k)
+            lost = _lost(rings[k].sides, rings[same].sides)
+            slips += Slips(copies=1, first=as_point(rings[k].outline[0]), labels=lost)
+    return [ring for k, ring in enumerate(rings) if k not in copies], slips
+
+
+def _lost(dropped: Iterable[Piece | Side], kept: Iterable[Piece | Side]) -> tuple[str, ...]:
+    """Labels of what is dropped that nothing of what is kept has."""
+    there = {one.label for one in kept}
+    return tuple(dict.fromkeys(one.label for one in dropped if one.label is not None and one.label not in there))
 
 
 def _form(ring: Ring) -> Floats | None:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import reduce
+from itertools import chain
 from operator import add
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ from bubblemesh.errors import GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, BezierTo, LineTo, Piece, SplineTo, end_of
-from bubblemesh.messages import counted, place
+from bubblemesh.messages import counted, place, with_labels
 from bubblemesh.readers.features import CompoundCurve
 from bubblemesh.readers.rings.duplicates import without_copies
 from bubblemesh.readers.rings.open_curves import on_rings
@@ -71,8 +72,9 @@ def _closed(curves: Sequence[CompoundCurve], joining: Joining) -> tuple[list[lis
     rounding = JOIN * longer_side(curves)
     if joining.skip:
         kept = on_rings(node.reshape(-1, 2))
-        notes += _skipped([curve for curve, keep in zip(curves, kept.tolist(), strict=True) if not keep])
+        skipped = [curve for curve, keep in zip(curves, kept.tolist(), strict=True) if not keep]
         curves = [curve for curve, keep in zip(curves, kept.tolist(), strict=True) if keep]
+        notes += _skipped(skipped, _labels([*chain.from_iterable(closed), *curves]))
         if not curves:
             return closed, notes
         ends, node = ends[np.repeat(kept, 2)], np.unique(node[np.repeat(kept, 2)], return_inverse=True)[1]
@@ -93,13 +95,19 @@ def meeting(curves: Sequence[CompoundCurve], reach: float | None) -> tuple[Float
     return ends, _clustered(ends, JOIN * longer_side(curves) if reach is None else reach)
 
 
-def _skipped(curves: Sequence[CompoundCurve]) -> list[str]:
-    """Note on curves that are part of no ring."""
+def _labels(curves: Sequence[CompoundCurve]) -> list[str]:
+    """Labels of curves, each once."""
+    return [*dict.fromkeys(piece.label for curve in curves for piece in curve.pieces if piece.label is not None)]
+
+
+def _skipped(curves: Sequence[CompoundCurve], known: Sequence[str]) -> list[str]:
+    """Note on curves that are part of no ring, with their labels that are not among the ``known`` ones of rings."""
     if not curves:
         return []
     places = ", ".join(place(curve.start) for curve in curves[:MOST_NAMED])
     which = "at" if len(curves) <= MOST_NAMED else "the first at"
-    return [f"{counted(len(curves), 'open curve')} left out, {which} {places}"]
+    lost = [label for label in _labels(curves) if label not in known]
+    return [f"{counted(len(curves), 'open curve')} left out, {which} {places}{with_labels(lost)}"]
 
 
 def longer_side(curves: Sequence[CompoundCurve]) -> float:
