@@ -114,7 +114,7 @@ class TestPolylines:
 
         path = drawn(draw)
         assert area(path) == pytest.approx(16 - np.pi, rel=1e-3)
-        assert notes_of(path) == ["3 double lines dropped, the first at (4, 0)"]
+        assert notes_of(path) == ["3 double lines dropped, the first at (4, 0), and with them 1 label: 'COPY'"]
 
     def test_circles_and_ellipses_drawn_twice(self, drawn):
         def draw(document):
@@ -131,10 +131,11 @@ class TestPolylines:
 
         path = drawn(draw)
         assert area(path, part="largest") == pytest.approx((25 - 1 - 2) * np.pi, rel=2e-3)
-        assert "4 double lines dropped, the first at (5, 0)" in notes_of(path, part="largest")
+        with_label = "dropped, the first at (5, 0), and with them 1 label: 'COPY'"
+        assert f"4 double lines {with_label}" in notes_of(path, part="largest")
         assert len(read_areas(path, Selection(part="all"))) == 2
         lines = read_lines(path, Selection())
-        assert lines[0].notes == ("a.dxf: 3 double lines dropped, the first at (5, 0)",)
+        assert lines[0].notes == (f"a.dxf: 3 double lines {with_label}",)
 
 
 class TestSplines:

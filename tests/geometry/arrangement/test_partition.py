@@ -295,7 +295,7 @@ MISTAKES = [
     (
         [],
         {"lines": ["{path: [[0, 0], [1, 0]]}"]},
-        r"the line 'line-1' at \(0\.5, 0\) lies on the boundary .*, 'bottom': move",
+        r"the line 'line-1' at \(0\.5, 0\) lies on the boundary of the domain, 'bottom': give it a label",
     ),
     ([], {"lines": ["{path: [[0.5, 0.5], [0.5, 0.5]]}"]}, r"line 1: the line at \(0\.5, 0\.5\) has no length"),
 ]
