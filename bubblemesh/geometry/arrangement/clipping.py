@@ -34,7 +34,14 @@ def without_outside(
     outside = signed_distance(at) < -tolerance
     points = [point for point, out in zip(parts.points, outside.tolist(), strict=True) if out]
     _require_none([point for point in points if not point.optional])
-    lines = [line for line in parts.lines if line.optional and _length_inside(line, polygon) <= tolerance]
+
+    def is_outside(line: OpenPath) -> bool:
+        # Chords of a line along a curve of the boundary may be beyond those of the polygon.
+        if _length_inside(line, polygon) > tolerance:
+            return False
+        return bool((signed_distance(_middles(line)) < -tolerance).all())
+
+    lines = [line for line in parts.lines if line.optional and is_outside(line)]
     notes = [f"{counted(len(points), 'point')} left out, outside of the domain: {_named(points)}"] if points else []
     notes += [f"{counted(len(lines), 'line')} left out, outside of the domain"] if lines else []
     gone = {*map(id, points), *map(id, lines)}
@@ -75,8 +82,15 @@ def _named(points: Sequence[InnerPoint]) -> str:
     return f"{named} and {len(points) - MOST_NAMED} more" if len(points) > MOST_NAMED else named
 
 
+def _middles(line: OpenPath) -> Floats:
+    """Points (m, 2) on a line, halfway along its chords."""
+    curves = Boundary.empty().with_inner([line])
+    piece, s, step = curves.stations()
+    return curves.points(piece, s + step / 2)
+
+
 def _length_inside(line: OpenPath, polygon: shapely.Polygon | shapely.MultiPolygon) -> float:
-    """Length of the part of a line that is inside, or on the boundary."""
+    """Length of the part of a line that is inside, or on the boundary, by its chords."""
     curves = Boundary.of([Ring(line.sides, line.vertices[:-1])])
     piece, s, step = curves.stations()
     pieces = shapely.linestrings(np.stack([curves.points(piece, s), curves.points(piece, s + step)], axis=1))

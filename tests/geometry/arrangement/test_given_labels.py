@@ -119,6 +119,14 @@ class TestLinesOnTheBoundary:
         )
         assert lengths(domain) == {"outer": 1.5 * np.pi, "load": np.pi / 2, "bore": np.pi}
 
+    def test_a_short_arc_is_not_left_out_as_outside(self, domain_of):
+        ends = [[float(np.cos(angle)), float(np.sin(angle))] for angle in (3.298, 3.299)]
+        line = (
+            f"{{path: [{ends[0]}, {{arc: {{to: {ends[1]}, center: [0, 0], turn: left}}}}], label: load, outside: skip}}"
+        )
+        domain = domain_of(f"outer: {{circle: {{center: [0, 0], radius: 1}}}}\n  lines: [{line}]")
+        assert lengths(domain) == {"outer": 2 * np.pi - 0.001, "load": 0.001}
+
     def test_what_goes_on_outside_is_left_out(self, domain_of):
         domain = domain_of(f"{FREE}\n  lines: [{{path: [[4, 1], [4, 3]], label: load}}]")
         assert lengths(domain) == {"free": 11, "load": 1}
