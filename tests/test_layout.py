@@ -32,13 +32,15 @@ MAY_IMPORT = {
     "pictures": FOUNDATION | {"meshes", "meshfiles"},
     "pages": FOUNDATION | {"meshes", "meshfiles", "pictures"},
     "case": FOUNDATION | {"meshfiles", "packing", "readers", "spacing"},
-    "problem": FOUNDATION | {"case", "geometry", "layers", "meshes", "meshfiles", "packing", "readers", "spacing"},
+    "problem": FOUNDATION
+    | {"case", "geometry", "kernels", "layers", "meshes", "meshfiles", "packing", "readers", "spacing"},
     "run": FOUNDATION
     | {
         *{"__version__", "case", "geometry", "kernels", "layers", "meshes", "meshfiles", "packing", "pages", "parts"},
         *{"pictures", "problem", "spacing"},
     },
-    "adaptivity": FOUNDATION | {"case", "geometry", "meshes", "meshfiles", "packing", "problem", "run", "spacing"},
+    "adaptivity": FOUNDATION
+    | {"case", "geometry", "kernels", "meshes", "meshfiles", "packing", "problem", "run", "spacing"},
     "workers": FOUNDATION | {"__version__", "parts"},
     "batch": FOUNDATION
     | {

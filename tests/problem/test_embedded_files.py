@@ -72,15 +72,15 @@ class TestLines:
 
     @pytest.mark.parametrize(("label", "told"), [("", "'edge'"), (", label: own", "'own'")])
     def test_an_error_names_the_feature(self, domain_of, label, told):
-        shapes = {"road": [[1, 1], [4, 4]], "edge": [[20, 20], [30, 30]]}
+        shapes = {"road": [[1, 1], [4, 4]], "edge": [[12, 2], [13, 3]]}
         features = [
             {"type": "Feature", "properties": {"name": name}, "geometry": {"type": "LineString", "coordinates": shape}}
             for name, shape in shapes.items()
         ]
         content = json.dumps({"type": "FeatureCollection", "features": features})
-        named = rf"the line {told} \(a\.geojson: feature 1 \(edge\)\) at \(25, 25\) lies outside the domain"
+        named = rf"the line {told} \(a\.geojson: feature 1 \(edge\)\) at \(12\.5, 2\.5\) lies outside the domain: move"
         with pytest.raises(GeometryError, match=named):
-            domain_of(SQUARE + f", lines: [{{file: a.geojson, outside: skip{label}}}]", a_geojson=content)
+            domain_of(SQUARE + f", lines: [{{file: a.geojson{label}}}]", a_geojson=content)
 
     def test_a_file_without_lines(self, domain_of):
         with pytest.raises(CaseError, match=r"line 1: .*a\.wkt: there is no line in it \(but 1 point\)"):

@@ -157,8 +157,6 @@ class TestLinesOnOthers:
         [
             ("[[30, 50], [40, 50]]", "at (35, 50) lies on the line 'a': move or remove it, or give both one label"),
             ("[[30, 50.08], [40, 50.09]]", "on the line 'a' after join: make join smaller, or remove the line"),
-            ("[[0.01, 10], [0.02, 20]]", "at (0, 15) lies on the boundary of the domain, 'outer' after join: make"),
-            ("[[0, 10], [0, 20]]", "lies on the boundary of the domain, 'outer': move or remove it"),
             ("[[-9, 10], [-9, 20]]", "lies outside the domain: move or remove it, or leave it out by outside: skip"),
             ("[[80, 50], [120, 50]]", "lies outside the domain and on the line 'a': move or remove it"),
         ],

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from bubblemesh.arrays import select
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement.labels import Along
 from bubblemesh.geometry.boundary import Boundary
@@ -22,6 +23,7 @@ class Gone(NamedTuple):
     outside: bool  # some are outside of the domain
     on_rings: list[str]  # labels of parts of the boundary on which others lie
     on_lines: list[OpenPath]
+    nameless: bool  # no piece on the boundary has a label that was given, which it would give to the boundary
     loses: bool  # a label that was given, since these lines have others
 
     @property
@@ -46,7 +48,7 @@ class Gone(NamedTuple):
             return "make join smaller, or remove the line"
         if self.on_lines:
             return "move or remove it, or give both one label"
-        if self.on_rings and not self.outside:
+        if self.nameless:
             return "give it a label, which that part of the boundary gets, or remove it"
         is_entry = "lines" in self.line.key and not self.on_rings
         return "move or remove it" + (", or leave it out by outside: skip" if is_entry else "")
@@ -102,12 +104,11 @@ def _gone(
     """Where the line with a ring number is."""
     line = lines[-1 - number]
     own = np.flatnonzero(boundary.ring == number)
-    piece, other = along.select(np.isin(along.piece, own))
+    piece, other = select(along, np.isin(along.piece, own))
     ringed = ~boundary.inner[other]
     middle = boundary.points(own, boundary.lengths[own] / 2)
     inside = own[shapely.contains_xy(polygon, middle)]
     lined = ~ringed & np.isin(piece, inside)
-    named = np.array([line.named or label != line.label for label in boundary.labels])
     mine, theirs = boundary.label[piece[lined]], boundary.label[other[lined]]
     return Gone(
         line,
@@ -115,5 +116,6 @@ def _gone(
         outside=not np.isin(own, np.append(inside, piece[ringed])).all(),
         on_rings=[boundary.labels[k] for k in dict.fromkeys(boundary.label[other[ringed]].tolist())],
         on_lines=[lines[-1 - k] for k in dict.fromkeys(boundary.ring[other[lined]].tolist())],
-        loses=bool((named[mine] & (mine != theirs)).any()),
+        nameless=bool(ringed.any()) and not boundary.named[piece[ringed]].any(),
+        loses=bool((boundary.named[piece[lined]] & (mine != theirs)).any()),
     )

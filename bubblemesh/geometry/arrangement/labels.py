@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -18,10 +18,6 @@ class Along(NamedTuple):
 
     piece: Integers
     other: Integers
-
-    def select(self, chosen: Booleans) -> Self:
-        """The chosen ones (k,)."""
-        return type(self)(self.piece[chosen], self.other[chosen])
 
 
 def laid_on_rings(

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, turned_left
+from bubblemesh.arrays import Booleans, Floats, Integers, select, turned_left
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.covered_lines import covered_lines
@@ -22,7 +22,7 @@ from bubblemesh.geometry.arrangement.regions import (
     regions_around,
 )
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import InnerPoint, OpenPath
+from bubblemesh.geometry.paths import InnerPoint
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import place
@@ -60,12 +60,12 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     single = clipped_to_domain(sides.numbered(), parts.points, tolerance)
     used = laid[along.piece] & (final.label[along.piece] == final.label[along.other])
     left = {*single.ring.tolist(), *whole.ring[along.piece[used]].tolist()}
-    covered, notes = covered_lines(whole, parts.lines, left, along, polygon)
+    covered, notes = covered_lines(final, parts.lines, left, along, polygon)
     sides.require_seen(single)
     seen = np.zeros(len(keep), bool)
     seen[keep] = sides.seen
-    partly = along.select(~np.isin(whole.ring[along.piece], covered))
-    notes = *notes, *overlap_notes(final, parts.lines, partly), *lost_notes(whole, final, along, seen)
+    partly = select(along, ~np.isin(whole.ring[along.piece], covered))
+    notes += *overlap_notes(final, parts.lines, partly), *lost_notes(whole, final, along, seen)
     return replace(single, ring=np.maximum(single.ring, -1)), notes
 
 
