@@ -30,7 +30,9 @@ class RepairKeys(Strict):
         "of the size, or up to another width: {gap: 0.01}.",
     )
     smallest: PositiveArea | None = Field(
-        default=None, description="Leave out islands and holes of less area than this."
+        default=None,
+        description="Leave out islands and holes of less area than this; among regions of a file they become part of a "
+        "neighbour.",
     )
     simplify: Positive | None = Field(
         default=None,

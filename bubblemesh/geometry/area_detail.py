@@ -1,6 +1,7 @@
 """Detail that is left out of areas: small islands and holes, vertices, short borders."""
 
 from collections.abc import Sequence
+from itertools import compress
 
 import numpy as np
 import shapely
@@ -8,9 +9,11 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.nesting import polygons_of
+from bubblemesh.geometry.nesting import enclosures
+from bubblemesh.geometry.paths import Line
 from bubblemesh.geometry.repair_work import Work, outer_points
 from bubblemesh.geometry.short_borders import without_short_borders
+from bubblemesh.geometry.small_areas import absorbed, notes_of
 from bubblemesh.messages import counted
 
 TOLERANCES = 12  # tried at most, to find one that leaves no vertex farther off than allowed
@@ -18,25 +21,56 @@ CLOSE = 1.05  # two of them are so close that no more are tried in between
 
 
 def without_small(shapes: Sequence[shapely.Polygon], smallest: float, work: Work) -> list[shapely.Polygon]:
-    """The polygons without smaller islands and holes; islands in such holes become part of the area around."""
-    found, filled = list[shapely.Polygon](), list[shapely.Polygon]()
-    small = [shape for shape in shapes if shapely.Polygon(shape.exterior).area < smallest]
-    for shape in shapes:
-        if shapely.Polygon(shape.exterior).area < smallest:
-            continue
-        holes = [shapely.Polygon(loop) for loop in shape.interiors]
-        kept = [hole.exterior for hole in holes if hole.area >= smallest]
-        filled += [hole for hole in holes if hole.area < smallest]
-        found.append(shapely.Polygon(shape.exterior, kept) if len(kept) < len(holes) else shape)
-    for what, parts, sign in (("island", small, -1), ("hole", filled, 1)):
-        if parts:
-            largest = max(parts, key=lambda part: part.area)
-            of_which = "" if len(parts) == 1 else ", the largest"
-            note = f"{counted(len(parts), what)} below {smallest:g} left out{of_which}"
-            work.note(note, outer_points(largest)[0], sign * sum(part.area for part in parts), map(outer_points, parts))
-    if filled and len(found) > 1:
-        found = polygons_of(shapely.union_all(found))
-    return found
+    """The polygons without smaller islands and holes."""
+    large = [shapely.Polygon(shape.exterior).area >= smallest for shape in shapes]
+    kept, small = list(compress(shapes, large)), [one for one, stays in zip(shapes, large, strict=True) if not stays]
+    filled = [hole for shape in kept for hole in map(shapely.Polygon, shape.interiors) if hole.area < smallest]
+    _note_small(work, "island", small, smallest, -sum(part.area for part in small))
+    _note_small(work, "hole", filled, smallest, sum(part.area for part in filled))
+    return [_with_large_holes(shape, smallest) for shape in kept]
+
+
+def _with_large_holes(shape: shapely.Polygon, smallest: float) -> shapely.Polygon:
+    kept = [loop for loop in shape.interiors if shapely.Polygon(loop).area >= smallest]
+    return shapely.Polygon(shape.exterior, kept) if len(kept) < len(shape.interiors) else shape
+
+
+def without_small_neighbours(
+    shapes: Sequence[shapely.Polygon], names: Sequence[str], smallest: float, work: Work
+) -> tuple[list[shapely.Polygon], list[str]]:
+    """The polygons and their names, where smaller ones and holes have become part of what is beside them."""
+    curved = any(not isinstance(side.curve, Line) for ring in work.rings for side in ring.sides)
+    found = absorbed(np.array(shapes, dtype=object), names, smallest, curved)
+    left, given = ([shapes[k] for k in numbers] for numbers in (found.left, found.given))
+    gained = shapely.difference(shapely.MultiPolygon(found.filled), shapely.union_all(given)).area
+    _note_small(work, "island", left, smallest, -sum(part.area for part in left))
+    _note_small(work, "hole", found.filled, smallest, gained)
+    _note_small(work, "area", given, smallest, 0.0, "given to a neighbour")
+    work.notes += notes_of(found, shapes, names, smallest)
+    return found.shapes, found.names
+
+
+def _note_small(
+    work: Work, kind: str, parts: Sequence[shapely.Polygon], smallest: float, area: float, fate: str = "left out"
+) -> None:
+    """Note the fate of parts of some kind that are below ``smallest``, if there are any, and the area that it gains."""
+    if parts:
+        largest = max(parts, key=lambda part: part.area)
+        of_which = "" if len(parts) == 1 else ", the largest"
+        what = f"{counted(len(parts), kind)} below {smallest:g} {fate}{of_which}"
+        work.note(what, outer_points(largest)[0], area, map(outer_points, parts))
+
+
+def require_beside_each_other(shapes: Sequence[shapely.Polygon], names: Sequence[str]) -> None:
+    """Refuse polygons within others, which have no border there that could be simplified for both."""
+    given = np.array(shapes, dtype=object)
+    for inner, outer in zip(*enclosures(given, given), strict=True):
+        error = GeometryError(
+            f"simplify: {names[inner]!r} lies within {names[outer]!r}, which has no hole there: give it one, or leave "
+            "out simplify"
+        )
+        error.mendable = False
+        raise error
 
 
 def simplified(shapes: Sequence[shapely.Polygon], length: float, work: Work) -> list[shapely.Polygon]:

@@ -9,7 +9,8 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import NEARLY, ROUNDINGS, TOUCHING
-from bubblemesh.geometry.nesting import Shapes, made_valid, polygons_of
+from bubblemesh.geometry.neighbours import gaps_between, merged, owners
+from bubblemesh.geometry.nesting import Shapes, enclosures, made_valid, polygons_of
 from bubblemesh.messages import counted, just_above, place
 from bubblemesh.records import record
 
@@ -20,26 +21,33 @@ INNERMOST = 1e-6  # share of an area that may be outside of the area around it
 
 
 class Matched(NamedTuple):
-    """Shapes whose borders are exactly shared, which of them changed, and a note on slivers that were closed."""
+    """Shapes whose borders are exactly shared, which of them changed, and notes on gaps that were closed."""
 
     shapes: Shapes
     changed: Booleans
-    note: str | None
+    notes: tuple[str, ...] = ()
 
 
-def matched(shapes: Shapes, names: Sequence[str], join: float | None) -> Matched:
+def matched(shapes: Shapes, names: Sequence[str], join: float | None, key: str = "join") -> Matched:
     """Valid polygons (n,) with slivers and overlaps closed up to a width ``join``, by default only those by rounding.
 
-    Of two borders, the one of the earlier shape is used. A shape within another one stays there. GeometryError, with
-    the names, the place, the width and the key, if wider slivers or overlaps remain between two shapes.
+    Of two borders, the one of the earlier shape is used. A shape within another one stays there. What is left open
+    where several meet, up to that width, becomes a part of the one with the longest border to it. GeometryError, with
+    the names, the place, the width and the ``key`` that gives it, if wider slivers or overlaps remain between two.
     """
+    found = _matched_in_pairs(shapes, names, join, key)
+    return found if join is None else _without_gaps(found, names, join)
+
+
+def _matched_in_pairs(shapes: Shapes, names: Sequence[str], join: float | None, key: str) -> Matched:
+    """The polygons of `matched` where gaps between two of them are closed."""
     x0, y0, x1, y1 = shapely.total_bounds(shapes)
     size = float(max(x1 - x0, y1 - y0))
     rounding = max(TOUCHING * size, ROUNDINGS * float(np.spacing(np.abs([x0, y0, x1, y1]).max())))
     if join is not None and join > WIDEST_JOIN * size:
-        raise GeometryError(f"join: {join:g} is too much for regions that are {size:g} wide together: make it smaller")
+        raise GeometryError(f"{key}: {join:g} is too much for regions that are {size:g} wide together: make it smaller")
     if shapely.coverage_is_valid(shapes, max(NEARLY * size, rounding) if join is None else join):
-        return Matched(shapes, np.zeros(len(shapes), bool), None)
+        return Matched(shapes, np.zeros(len(shapes), bool))
     if join is None:  # the widest overlap is reported before narrow slivers
         _without_overlaps(shapes, names, rounding)
     borders = _Borders.of(shapes)
@@ -58,11 +66,31 @@ def matched(shapes: Shapes, names: Sequence[str], join: float | None) -> Matched
     for number in np.flatnonzero(shapely.is_empty(found)).tolist():
         raise GeometryError(f"nothing is left of {names[number]!r} with this join: make it smaller")
     if width <= rounding:
-        return Matched(found, changed, None)
+        return Matched(found, changed)
     pairs = np.column_stack([borders.owner, moves.other])[moves.distance > rounding]
     count = len(np.unique(np.sort(pairs, axis=1), axis=0))
     closed = f"slivers and overlaps between {counted(count, 'pair')} of neighbours closed"
-    return Matched(found, changed, f"{closed}, the widest ({width:.2g}) of {pair} at {where}")
+    return Matched(found, changed, (f"{closed}, the widest ({width:.2g}) of {pair} at {where}",))
+
+
+def _without_gaps(given: Matched, names: Sequence[str], width: float) -> Matched:
+    """The polygons, each of the gaps up to a width between several of them given to one (see `owners`)."""
+    shapes = given.shapes.copy()
+    flat = np.setdiff1d(np.arange(len(shapes)), enclosures(shapes, shapes)[0])
+    gaps = gaps_between(shapes[flat])
+    wide = widths(gaps)
+    gaps, wide = gaps[wide <= width], wide[wide <= width]
+    if len(gaps) == 0:
+        return given
+    pieces = np.concatenate([shapes[flat], gaps])
+    free = np.arange(len(pieces)) >= len(flat)
+    owner = owners(pieces, free)
+    shapes[flat] = merged(pieces, owner)[: len(flat)]
+    widest = int(wide.argmax())
+    name, where = names[flat[owner[free][widest]]], place(_inside(gaps[widest]))
+    closed = f"{counted(len(gaps), 'gap')} where several neighbours meet closed"
+    note = f"{closed}, the widest ({wide[widest]:.2g}) at {where}, now a part of {name!r}"
+    return Matched(shapes, given.changed | (shapes != given.shapes), (*given.notes, note))
 
 
 class _Moves(NamedTuple):
@@ -184,7 +212,11 @@ class _Borders:
         for number in changed.tolist():
             loops = [points[bounds[k] : bounds[k + 1]] for k in np.flatnonzero(self.shape_of == number)]
             outer, *holes = map(_without_returns, loops)
-            result[number] = _of_valid_parts(shapely.Polygon(outer, [hole for hole in holes if len(hole) > 2]))
+            holes = [hole for hole in holes if len(hole) > 2]
+            # Nothing is left of a shape that is narrower than the moves of its vertices.
+            result[number] = (
+                _of_valid_parts(shapely.Polygon(outer, holes)) if len(outer) > 2 else shapely.MultiPolygon()
+            )
         return result
 
 
@@ -245,11 +277,18 @@ def _overlapping(
             f"{names[inner]!r} sticks out of {names[outer]!r} by {out:.2g} at {place(_inside(beyond))}: set "
             f"join: {just_above(out)} if it is to be inside, or correct the file"
         )
-    others = f", and {more} more pairs by less" if more else ""
+    others = f", and {counted(more, 'more pair')} by less" if more else ""
     both, where = _named(names, *pair), f"{place(_inside(common))}{others}"
+    if names[inner] == names[outer]:
+        error = GeometryError(
+            f"two features of {names[inner]!r} overlap by {width:.2g} at {where}: repair: true unites them"
+        )
+        error.mendable = False  # it is named already
+        return error
     if float(just_above(width)) > most:
         return GeometryError(
-            f"{both} overlap by {width:.2g} at {where}, too much for a join: correct the file, or leave out one"
+            f"{both} overlap by {width:.2g} at {where}, too much for a join: correct the file, leave out one, or give "
+            "each its own entry, one of them with ring: {minus: [{file: ...}, {file: ...}]}"
         )
     return GeometryError(
         f"{both} overlap by {width:.2g} at {where}: set join: {just_above(width)} if they are to share a border there, "

@@ -35,6 +35,12 @@ def made_valid(shapes: shapely.Geometry | Shapes) -> Any:
     return shapely.make_valid(shapes, method="structure", keep_collapsed=False)
 
 
+def holes_of(shapes: shapely.Geometry | Shapes) -> Shapes:
+    """The holes (h,) of a shape, or of several (n,), as polygons."""
+    loops = [ring for part in shapely.get_parts(shapes) for ring in part.interiors]
+    return shapely.polygons(np.array(loops, dtype=object))
+
+
 def nested(areas: Sequence[Area], whole: int = 0) -> list[Area]:
     """Areas after nesting: areas within others become holes of these, areas within such holes are areas again.
 

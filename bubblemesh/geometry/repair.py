@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Booleans, Floats, ring_area
 from bubblemesh.errors import GeometryError
-from bubblemesh.geometry.area_detail import simplified, without_small
+from bubblemesh.geometry.area_detail import (
+    require_beside_each_other,
+    simplified,
+    without_small,
+    without_small_neighbours,
+)
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.gaps import strips_between
 from bubblemesh.geometry.nesting import made_valid, polygons_of, shapes_of, with_holes
@@ -49,6 +54,10 @@ class Repair:
         """Widest gap to close in what has some size."""
         return GAP * size if self.gap is None else self.gap
 
+    def mending(self, size: float) -> "Repair | None":
+        """The part of it that mends a few of the areas, which have some size together; None if it does not mend."""
+        return Repair(mend=True, gap=self.gap_of(size)) if self.mend else None
+
     def __call__(self, areas: Sequence[Area], holes: Sequence[Ring] = (), united: bool = True) -> list[Area]:
         """The areas after the repair, with common ``holes`` cut out of them; the first ring has the changes.
 
@@ -72,19 +81,43 @@ class Repair:
             raise GeometryError(f"nothing is left of {counted(len(areas), 'area')} after the repair: keep larger parts")
         if not work.changes:
             return with_holes(areas, holes)
-        first, *others = map(work.area, shapes, _names(shapes, areas))
-        notes = tuple(dict.fromkeys(note for ring in work.rings for note in ring.notes))
-        changes = (*(change for ring in work.rings for change in ring.changes), *work.changes)
-        return [replace(first, outer=replace(first.outer, notes=notes, changes=changes)), *others]
+        return work.told([work.area(shape, areas[0].name) for shape in shapes])
+
+    def of_neighbours(self, areas: Sequence[Area]) -> list[Area]:
+        """Areas with names and exactly shared borders, without small ones and with fewer vertices.
+
+        What is left out becomes part of a neighbour (see `absorbed`). Nothing is mended here, since that may change
+        borders. The first ring has the changes. GeometryError if nothing is left.
+        """
+        work = Work(tuple(ring for area in areas for ring in area.rings))
+        shapes, names = list(shapes_of(areas)), [str(area.name) for area in areas]
+        if self.smallest is not None:
+            shapes, names = without_small_neighbours(shapes, names, self.smallest, work)
+        if self.simplify is not None and shapes:
+            require_beside_each_other(shapes, names)
+            shapes = simplified(shapes, self.simplify, work)
+        if not shapes:
+            raise GeometryError(f"nothing is left of {counted(len(areas), 'area')} after the repair: keep larger parts")
+        if not work.changes:
+            return list(areas)
+        labels = _labels(areas)
+        return work.told([_labelled(work.area(*row), labels[row[1]]) for row in zip(shapes, names, strict=True)])
 
 
-def _names(shapes: Sequence[shapely.Polygon], areas: Sequence[Area]) -> list[str | None]:
-    """Name of each of some polygons: that of the area which it was, or a part of."""
-    if len({area.name for area in areas}) == 1:
-        return [areas[0].name] * len(shapes)
-    before = shapely.STRtree(made_valid(shapes_of(areas)))
-    inside = shapely.point_on_surface(np.array(shapes, dtype=object))
-    return [areas[number].name for number in before.nearest(inside).tolist()]
+def _labels(areas: Sequence[Area]) -> dict[str, set[str | None]]:
+    """Labels of the sides of areas, by the names of these."""
+    found: dict[str, set[str | None]] = {}
+    for area in areas:
+        found.setdefault(str(area.name), set()).update(side.label for ring in area.rings for side in ring.sides)
+    return found
+
+
+def _labelled(area: Area, labels: set[str | None]) -> Area:
+    """The area with the one label that its sides had before, if it was one: a neighbour's side may be as near."""
+    if len(labels) > 1:
+        return area
+    (label,) = labels
+    return area.mapped(lambda ring: replace(ring, sides=tuple(side._replace(label=label) for side in ring.sides)))
 
 
 def _enclosed(ring: Ring, work: Work) -> shapely.Geometry:

@@ -1,6 +1,6 @@
 """The rings that a repair begins with, and what it changes."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -21,6 +21,14 @@ class Work:
 
     rings: tuple[Ring, ...]
     changes: list[RingChange] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def told(self, areas: Sequence[Area]) -> list[Area]:
+        """The areas, the first of which has the changes and the notes."""
+        first, *others = areas
+        notes = tuple(dict.fromkeys([*(note for ring in self.rings for note in ring.notes), *self.notes]))
+        changes = (*(change for ring in self.rings for change in ring.changes), *self.changes)
+        return [replace(first, outer=replace(first.outer, notes=notes, changes=changes)), *others]
 
     @cached_property
     def outlines(self) -> list[Floats]:

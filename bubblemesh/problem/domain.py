@@ -26,7 +26,14 @@ from bubblemesh.problem.drawing import Name, drawn
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.lines_and_points import lines_of, points_of
 from bubblemesh.problem.repair import repair_of, with_repair
-from bubblemesh.problem.shapes import areas_of, followed, hole_areas_of, outer_areas_of, require_needed, selection_of
+from bubblemesh.problem.shapes import (
+    followed,
+    hole_areas_of,
+    outer_areas_of,
+    region_areas_of,
+    require_needed,
+    selection_of,
+)
 from bubblemesh.readers.systems import one_system
 
 if TYPE_CHECKING:
@@ -126,7 +133,7 @@ def _sea(case: Case) -> Domain:
 
 def _advice(keys: DomainKeys, key: Key) -> str:
     """Advice on what mends rings that an error is about, if a repair does."""
-    for path in dict.fromkeys((key[1:], ())):
+    for path in dict.fromkeys((key[1:], (*key[1:], "ring"), ())):
         repaired = with_repair(keys, path)
         if repaired is not None:
             with suppress(BubblemeshError):
@@ -230,7 +237,7 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
                         raise _named_twice(area, model, is_rest=other == REST)
         else:
             with prefixed(f"region {model.name!r}"), about(key):
-                areas = [replace(area, name=model.name) for area in areas_of(model.ring)]
+                areas = [replace(area, name=model.name) for area in region_areas_of(model.ring)]
                 found = drawn(areas, model, _renamed)
             seen |= dict.fromkeys((str(area.name) for area in found), number)
         label = model.label if isinstance(model, RegionFile) else getattr(model.ring, "label", None)

@@ -62,6 +62,13 @@ def hole_areas_of(keys: RingKeys) -> list[Area]:
     return nested(found) if len(found) > 1 else found
 
 
+def region_areas_of(keys: RingKeys) -> list[Area]:
+    """Areas of a region, within any of the rings that some keys describe; a repair of a file unites those that meet."""
+    if not isinstance(keys, FileRing):
+        return areas_of(keys)
+    return _finished(readers.read_shapes(Path(keys.file), selection_of(keys), united=True, nested=False), keys)
+
+
 def areas_of(keys: RingKeys) -> list[Area]:
     """Areas within the rings that some keys describe, or all areas of the file that they name, with all copies."""
     match keys:

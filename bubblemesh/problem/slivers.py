@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import shapely
 
+from bubblemesh.arrays import select
 from bubblemesh.case import Case
 from bubblemesh.case.domain import RegionFile
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.borders import matched
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.nesting import Shapes
-from bubblemesh.geometry.slivers import closed, hole_count, slivers
+from bubblemesh.geometry.slivers import Slivers, closed, hole_count, slivers
 from bubblemesh.messages import counted, just_above, place
 from bubblemesh.problem.shapes import length_in_file
 from bubblemesh.spacing.spacing import Spacing
@@ -34,23 +35,31 @@ def open_gaps(case: Case, domain: Domain, spacing: Spacing) -> Iterator[str]:
 def _open_gaps(keys: RegionFile, shapes: Shapes, names: list[str], spacing: Spacing) -> Iterator[str]:
     found = slivers(shapes, names, NARROW * float(spacing(shapely.get_coordinates(shapes)).max()))
     if len(found.widths):
-        keep = found.widths < NARROW * spacing(found.places)
-        wide, places, beside = found.widths[keep], found.places[keep], found.beside[keep]
-        if len(wide):
-            one, other = sorted(names[k] for k in beside[0].tolist())
-            join = _join(keys, shapes, names, float(wide[0]))
-            yield (
-                f"{Path(keys.file).name}: {counted(len(wide), 'narrow gap')} between regions stay open, the widest "
-                f"({wide[0]:.2g}) between {one!r} and {other!r} at {place(places[0])}"
-                + (f": set join: {join} to close what is not meant" if join else "")
-            )
+        found = select(found, found.widths < NARROW * spacing(found.places))
+    if len(found.widths):
+        one, other = sorted(names[k] for k in found.beside[0].tolist())
+        count, stay = counted(len(found.widths), "narrow gap"), "stays" if len(found.widths) == 1 else "stay"
+        yield (
+            f"{Path(keys.file).name}: {count} between regions {stay} open, the widest "
+            f"({found.widths[0]:.2g}) between {one!r} and {other!r} at {place(found.places[0])}"
+            f"{_advice(keys, shapes, names, found)}"
+        )
 
 
-def _join(keys: RegionFile, shapes: Shapes, names: list[str], width: float) -> str | None:
-    """The value of ``join``, in the file's lengths, that closes gaps up to a width, if they can be closed so."""
+def _advice(keys: RegionFile, shapes: Shapes, names: list[str], found: Slivers) -> str:
+    """The key, with its value in the file's lengths, that closes gaps, if there is one."""
     factor = length_in_file(keys)
     if factor is None:
-        return None
+        return ""
+    join = _join(shapes, names, float(found.widths[0]), factor)
+    if join is not None:
+        return f": set join: {join} to close what is not meant"
+    largest = float(found.holes.max())
+    return f": set smallest: {just_above(largest / factor**2)} to fill those that are holes" if largest > 0 else ""
+
+
+def _join(shapes: Shapes, names: list[str], width: float, factor: float) -> str | None:
+    """The value of ``join``, in lengths of ``factor`` each, that closes gaps up to a width, if there is one."""
     for times in TRIED:
         join = just_above(times * width / factor)
         with suppress(GeometryError):

@@ -115,18 +115,18 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
-def read_shapes(path: Path, selection: Selection, united: bool = False) -> list[Area]:
+def read_shapes(path: Path, selection: Selection, united: bool = False, nested: bool = True) -> list[Area]:
     """Areas and closed rings of a file, nested or not, or those in the selection's part.
 
-    A repair mends each by itself; with ``united`` they nest first, and those that overlap become one. The first ring
-    has the notes on the whole file; the same errors as `read_areas`.
+    A repair mends each by itself; with ``united`` those that overlap become one, after they have nested if they are
+    ``nested``. The first ring has the notes on the whole file; the same errors as `read_areas`.
     """
     with prefixed(path):
         chosen = _chosen(path, selection)
         areas = [*chosen.areas, *map(Area, chosen.loose)]
         repair = selection.repair
         if repair is not None and united and repair.mend:
-            areas = repair(areas_by_nesting(chosen.areas, chosen.loose, None))
+            areas = repair(areas_by_nesting(chosen.areas, chosen.loose, None) if nested else areas)
         elif repair is not None:
             areas = repair(areas, united=False)
         if selection.part is not None:
@@ -143,10 +143,10 @@ def read_regions(path: Path, selection: Selection, key: str, limits: bool = True
     with prefixed(path):
         content = read_content(path, selection)
         features = projected_features(path, content, selection)
-        _, size_notes = _measured(content, features, selection)
-        areas, notes = named_areas(features, key, selection)
+        size, size_notes = _measured(content, features, selection)
+        areas, notes = named_areas(features, key, selection, size)
         if selection.repair is not None:
-            areas = selection.repair(areas, united=False)
+            areas = selection.repair.of_neighbours(areas)
         given = largest_by_name(features, key) if limits else {}
         areas = [replace(area, largest=given.get(str(area.name))) for area in areas]
     size_notes += _limit_notes([area.largest for area in areas if area.largest is not None])

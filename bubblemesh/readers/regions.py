@@ -12,22 +12,27 @@ from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.borders import matched
 from bubblemesh.geometry.nesting import polygons_of, shapes_of
-from bubblemesh.geometry.paths import Area, Line, Ring
+from bubblemesh.geometry.paths import Area, Line, Ring, RingChange
+from bubblemesh.geometry.repair import Repair
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import counted, unknown
 from bubblemesh.readers.areas import areas_by_nesting
 from bubblemesh.readers.features import REGION, Feature, text_of_number
-from bubblemesh.readers.outlines import bounding, joining_of
+from bubblemesh.readers.outlines import Bounding, bounding, joining_of
 from bubblemesh.readers.selection import Selection
 
 LAYER = "layer"  # as a property, the layer of a feature
 
 
-def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> tuple[list[Area], list[str]]:
+def named_areas(
+    features: Sequence[Feature], key: str, selection: Selection, size: float
+) -> tuple[list[Area], list[str]]:
     """Areas of features, named by their property ``key``, whose borders are exactly shared, and notes.
 
-    Areas with the same name that share a border become one. CaseError if there is no such property, or a value of it
-    cannot be a name; GeometryError if neighbours overlap by more than the selection's ``join``.
+    Areas with the same name that share a border become one. If the selection asks for a repair those of each name are
+    mended first, and gaps up to its gap, of features of that ``size``, are closed between all of them. CaseError if
+    there is no such property, or a value of it cannot be a name; GeometryError if neighbours overlap by more than the
+    selection's ``join``.
     """
     groups: dict[str, list[Feature]] = {}
     if any(one.spare == REGION for one in features):
@@ -48,20 +53,35 @@ def named_areas(features: Sequence[Feature], key: str, selection: Selection) -> 
     void = [name for name, members in groups.items() if all(one.is_empty for one in members)]
     if 0 < len(void) < len(groups):
         notes.append(f"left out: {counted(sum(len(groups.pop(name)) for name in void), 'empty feature')}")
-    found = list[Area]()
+    mend = None if selection.repair is None else selection.repair.mending(size)
+    found, changes = list[Area](), list[RingChange]()
     for name, members in groups.items():
         if not is_writable(name):
             raise CaseError(
                 f"{members[0].name}: {name[:40]!r} is no name of a region: it is too long or has {FORBIDDEN}"
             )
         with prefixed(f"region {name!r}"):
-            bounds = bounding(members, joining_of(selection))
-            given = [Area(outer, tuple(holes)) for outer, *holes in bounds.areas]
-            found += [replace(area, name=name) for area in areas_by_nesting(given, bounds.loose, None)]
+            bounds = bounding(members, joining_of(selection, size))
+            areas = _areas_of(bounds, mend)
+            changes += [change for area in areas for ring in area.rings for change in ring.changes]
+            found += [replace(area, name=name) for area in areas]
         notes += bounds.notes
-    if not all(map(is_straight, found)):
+    if all(map(is_straight, found)):
+        width = mend.gap if mend is not None and selection.join is None else selection.join
+        found, notes = _matched(found, notes, width, "join" if selection.join else "repair.gap")
+    if not changes:
         return found, notes
-    return _matched(found, notes, selection.join)
+    first, *others = [area.mapped(lambda ring: replace(ring, changes=())) for area in found]
+    return [replace(first, outer=replace(first.outer, changes=tuple(changes))), *others], notes
+
+
+def _areas_of(bounds: Bounding, mend: Repair | None) -> list[Area]:
+    """Areas of one name by the nesting of its rings, mended if there is something that mends."""
+    given = [Area(outer, tuple(holes)) for outer, *holes in bounds.areas]
+    if mend is None:
+        return areas_by_nesting(given, bounds.loose, None)
+    # Of areas that overlap none is a hole of another one; rings within others are.
+    return mend([*given, *areas_by_nesting([], bounds.loose, None)])
 
 
 def largest_by_name(features: Sequence[Feature], key: str) -> dict[str, float]:
@@ -90,14 +110,14 @@ def _value(feature: Feature, key: str) -> str:
     return text_of_number(value) if isinstance(value, float) else str(value).strip()
 
 
-def _matched(areas: list[Area], notes: list[str], join: float | None) -> tuple[list[Area], list[str]]:
+def _matched(areas: list[Area], notes: list[str], join: float | None, key: str) -> tuple[list[Area], list[str]]:
     """Straight-sided areas with exactly shared borders; areas with the same name that share a border are united."""
     for area in areas:
         for ring in area.rings:
             with prefixed(f"region {area.name!r}"):
                 simple_polygon(ring.outline, ring.origin or "its ring")
     names = [str(area.name) for area in areas]
-    shapes, changed, note = matched(shapes_of(areas), names, join)
+    shapes, changed, told = matched(shapes_of(areas), names, join, key)
     members: dict[str, list[int]] = {}
     for number, name in enumerate(names):
         members.setdefault(name, []).append(number)
@@ -112,7 +132,7 @@ def _matched(areas: list[Area], notes: list[str], join: float | None) -> tuple[l
             labels = {side.label for ring in like.rings for side in ring.sides}
             label = next(iter(labels)) if len(labels) == 1 else None
             found += [replace(_area(part, label, like.outer.origin), name=like.name) for part in parts]
-    return found, [*notes, *([note] if note else [])]
+    return found, [*notes, *told]
 
 
 def _area(shape: shapely.Polygon, label: str | None = None, origin: str | None = None) -> Area:

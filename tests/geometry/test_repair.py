@@ -146,6 +146,37 @@ def test_small_islands_and_holes_are_left_out():
         Repair(smallest=100)(given)
 
 
+def test_a_small_hole_of_neighbours_does_not_unite_them():
+    hole = square(1, 1, 1)
+    made = Repair(smallest=2)([Area(square(0, 0, 4), (hole,)), Area(square(4, 0, 4))], united=False)
+    assert [shapely.Polygon(one.outer.outline).area for one in made] == [16, 16]
+    assert told(made) == [("1 hole below 2 left out", 1)]
+
+
+def test_small_neighbours_are_told_and_sides_keep_their_labels():
+    a, b = (
+        Area(rings.polygon(points, label=name), name=name)
+        for name, points in {
+            "a": [(0, 0), (4, 0), (4, 2), (4, 3), (4, 4), (0, 4)],
+            "b": [(4, 0), (8, 0), (8, 4), (4, 4), (4, 3), (5, 3), (5, 2), (4, 2)],
+        }.items()
+    )
+    stray = Area(rings.polygon([(4, 2), (5, 2), (5, 3), (4, 3)], label="c"), name="c")
+    made = Repair(smallest=2).of_neighbours([a, b, stray])
+    assert [(one.name, shapely.Polygon(one.outer.outline).area) for one in made] == [("a", 16), ("b", 16)]
+    assert [{side.label for side in one.outer.sides} for one in made] == [{"a"}, {"b"}]
+    assert told(made) == [("1 area below 2 given to a neighbour", 0)]
+    assert made[0].outer.notes[0].startswith("1 area below 2 given to a neighbour, the largest (1) of 'c' to 'b' at (")
+    assert Repair(smallest=0.5).of_neighbours([a, b, stray]) == [a, b, stray]
+
+
+def test_regions_within_others_are_not_simplified():
+    areas = [Area(square(0, 0, 4), name="a"), Area(square(1, 1, 1), name="b")]
+    with pytest.raises(GeometryError, match="'b' lies within 'a', which has no hole there") as caught:
+        Repair(simplify=0.1).of_neighbours(areas)
+    assert not caught.value.mendable
+
+
 def test_neighbours_are_simplified_alike():
     x = np.linspace(0, 4, 401)
     wave = np.column_stack([x, 0.05 * np.sin(40 * x)])

@@ -219,3 +219,34 @@ def test_the_island_of_a_lake_that_is_a_hole_is_meshed(tmp_path, kind, repair):
     assert (found.polygon.area, found.piece_count, found.hole_count) == (24, 2, 1)
     found = case_domain(load_case("x.yaml", text=f"domain: {{outer: {{file: {path}}}}}\nspacing: 1\n"))
     assert (found.polygon.area, found.piece_count, found.hole_count) == (12, 1, 1)
+
+
+SQUARES = "MULTIPOLYGON (((0 0, 2 0, 2 1, 0 1, 0 0)), ((1 0.5, 3 0.5, 3 2, 1 2, 1 0.5)))"
+
+
+def test_areas_of_one_region_that_overlap_are_united_by_a_repair_or_a_union(tmp_path):
+    path = tmp_path / "a.wkt"
+    path.write_text(SQUARES)
+    text = "{outer: {rectangle: [-1, -1, 4, 4]}, regions: [{name: si, ring: RING}]}"
+    told = (
+        r"two areas of region 'si' overlap at .*: make them one by ring: \{union: \[\.\.\.\]\}, of their rings or "
+        r"their file; repair: true in domain\.regions\.0\.ring mends it$"
+    )
+    with pytest.raises(BubblemeshError, match=told):
+        domain(text.replace("RING", f"{{file: {path}}}"))
+    for ring in (f"{{file: {path}, repair: true}}", f"{{union: [{{file: {path}}}]}}"):
+        found = domain(text.replace("RING", ring))
+        assert [(region.name, region.polygon.area) for region in found.parts.regions] == [("si", 4.5)]
+
+
+def test_a_ring_within_another_one_of_a_region_is_no_hole_after_a_repair(tmp_path):
+    path = tmp_path / "a.wkt"
+    path.write_text("MULTIPOLYGON (((0 0, 3 0, 3 3, 0 3, 0 0)), ((1 1, 2 1, 2 2, 1 2, 1 1)))")
+    text = f"{{outer: {{rectangle: [-1, -1, 4, 4]}}, regions: [{{name: si, ring: {{file: {path}, repair: true}}}}]}}"
+    assert [region.polygon.area for region in domain(text).parts.regions] == [9]
+
+
+def test_regions_of_different_names_that_overlap_name_minus():
+    rings = "{name: pml, ring: {rectangle: [0, 0, 1, 4]}}", "{name: bus, ring: {rectangle: [0, 1, 4, 2]}}"
+    with pytest.raises(BubblemeshError, match=r"'pml' and 'bus' overlap at .* by ring: \{minus: \[\.\.\., \.\.\.\]\}$"):
+        domain(f"{{outer: {{rectangle: [0, 0, 4, 4]}}, regions: [{', '.join(rings)}]}}")

@@ -120,8 +120,69 @@ def test_without_join_an_error_names_both_the_width_and_the_key_that_helps(found
 
 
 def test_an_overlap_that_no_join_closes_is_told_without_one(found):
-    with pytest.raises(GeometryError, match=r"'west' and 'east' overlap by 0\.2 at .*, too much for a join: correct"):
+    with pytest.raises(
+        GeometryError, match=r"'west' and 'east' overlap by 0\.2 at .*, too much for a join: correct.* ring: \{minus: "
+    ):
         found(LAND, west=WEST, east=shapely.box(0.8, 0.2, 3, 0.8))
+
+
+def test_small_features_go_to_their_neighbours_and_small_holes_are_filled(found):
+    """A hole of one leaves the border to the other alone; a pixel between two leaves no hole."""
+    pixel = shapely.box(1, 0.4, 1.2, 0.6)
+    shapes = {"west": WEST.difference(shapely.box(0.4, 0.4, 0.6, 0.6)), "east": EAST.difference(pixel), "spot": pixel}
+    domain = found(LAND.replace("}}", ", smallest: 0.1}}"), **shapes)
+    assert sizes(domain) == pytest.approx({"west": 2, "east": 2})
+    assert (domain.hole_count, set(domain.labels)) == (0, {"outer", "west-rim"})
+    assert [change.what for change in domain.changes] == [
+        "1 hole below 0.1 left out",
+        "1 area below 0.1 given to a neighbour",
+    ]
+    assert [re.sub(r" at \(.*\)", "", note) for note in domain.notes] == [
+        "land.geojson: 1 area below 0.1 given to a neighbour, the largest (0.04) of 'spot' to 'east'",
+        "land.geojson: all of 'spot' is below 0.1: no such region is left",
+    ]
+
+
+BOW = shapely.Polygon([(1, 0), (3, 2), (3, 0), (1, 2)])
+
+
+def test_a_repair_mends_the_rings_of_each_region(found):
+    with pytest.raises(
+        GeometryError, match=r"region 'east': .* crosses or touches itself at \(2, 1\).*; repair: true in"
+    ):
+        found(LAND, west=WEST, east=BOW)
+    domain = found(LAND.replace("}}", ", repair: true}}"), west=WEST, east=BOW)
+    assert [(region.name, region.polygon.area) for region in domain.parts.regions] == [
+        ("west", 2),
+        ("east", 1),
+        ("east", 1),
+    ]
+    assert [(change.what, change.area) for change in domain.changes] == [("ring that crosses or touches itself", 2)]
+
+
+def test_a_repair_unites_features_of_one_name_that_overlap(found):
+    shapes = {"w1": WEST, "e1": EAST, "e2": shapely.box(2.5, 0, 4, 1)}
+    zones = LAND.replace("NAME", "zone")
+    with pytest.raises(
+        GeometryError, match=r"two features of 'e' overlap by 0\.5 at \(.*\): repair: true unites them$"
+    ):
+        found(zones, **shapes)
+    domain = found(zones.replace("}}", ", repair: true}}"), **shapes)
+    assert sizes(domain) == {"w": 2, "e": 3}
+    assert [(change.what, change.area) for change in domain.changes] == [("areas that overlap united", -0.5)]
+
+
+def test_a_feature_within_another_one_of_its_name_is_no_hole_after_a_repair(found):
+    zones = LAND.replace("NAME", "zone").replace("}}", ", repair: true}}")
+    assert sizes(found(zones, w1=WEST, e1=EAST, e2=shapely.box(1.5, 0.2, 2, 0.8))) == {"w": 2, "e": 2}
+
+
+def test_a_repair_closes_gaps_between_regions_up_to_its_own(found):
+    shapes = {"west": WEST, "east": shapely.box(1.01, 0, 3, 1)}
+    assert found(LAND.replace("}}", ", repair: true}}"), **shapes).piece_count == 2
+    assert found(LAND.replace("}}", ", repair: {gap: 0.02}}}"), **shapes).piece_count == 1
+    with pytest.raises(GeometryError, match=r"repair\.gap: 0\.5 is too much for regions that are 3 wide"):
+        found(LAND.replace("}}", ", repair: {gap: 0.5}}}"), **shapes)
 
 
 def test_what_sticks_out_of_a_neighbour_is_told_with_the_join_that_puts_it_inside(found):
@@ -192,6 +253,27 @@ def test_curves_stay_curves(written, tmp_path):
     assert sizes(domain).keys() == {"PLATE", "CAP", "CORE"}
     assert domain.polygon.area == pytest.approx(4 + np.pi / 2, rel=1e-4)
     assert domain.nearest(np.array([[4, 1]])).distance == pytest.approx(1, rel=1e-12)
+
+
+def test_curves_stay_where_small_features_are_left_out(written, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new()
+    rings = {
+        "A": [(0, 0, 0), (5, 0, 0), (5, 4, -0.3), (5, 6, 0), (5, 10, 0), (0, 10, 0)],
+        "B": [(5, 0, 0), (10, 0, 0), (10, 10, 0), (5, 10, 0), (5, 6, -0.3), (5, 4, 0)],
+        "C": [(5, 4, 0.3), (5, 6, 0.3)],
+    }
+    for layer, points in rings.items():
+        drawing.modelspace().add_lwpolyline(points, close=True, format="xyb", dxfattribs={"layer": layer})
+    drawing.modelspace().add_circle((2, 2), 0.4, dxfattribs={"layer": "D"})
+    drawing.saveas(tmp_path / "parts.dxf")
+    text = "domain: {regions: {file: parts.dxf, name: layer, smallest: 2}}\nspacing: 1\n"
+    domain = case_domain(load_case(written("case.yaml", text)))
+    assert sizes(domain) == pytest.approx({"A": 49.593, "B": 49.593}, abs=2e-3)
+    assert (domain.hole_count, len(domain.boundary.kind)) == (1, 10)
+    notes = " ".join(domain.notes)
+    assert "of 'D' to 'A' at (2, 2" in notes
+    assert "1 area below 2 left out and given to none, the largest (0.814) of 'C' at (5, 5" in notes
 
 
 def test_ids_of_a_picture_are_regions(written):
@@ -367,11 +449,54 @@ def gap_warnings(written, keys="", spacing=0.5, **shapes):
 def test_narrow_gaps_that_stay_open_are_told_once_with_the_join_that_closes_them(written, keys, factor):
     shapes = {"west": WEST, "east": shapely.box(1.003, 0, 3, 0.99), "north": NORTH}
     (text,), domain = gap_warnings(written, keys, 0.5 * factor, **shapes)
-    assert text.startswith("land.geojson: 1 narrow gap between regions stay open, the widest (0.0")
+    assert text.startswith("land.geojson: 1 narrow gap between regions stays open, the widest (0.0")
     join = re.search(r": set join: (\S+) to close what is not meant$", text)[1]
     told, domain = gap_warnings(written, f"{keys}, join: {join}", 0.5 * factor, **shapes)
     assert told == []
     assert (domain.polygon.area, domain.hole_count) == (pytest.approx(5.75 * factor**2, rel=0.01), 1)
+
+
+def triple(gap=0.5):
+    """Three neighbours that leave a triangle open where they meet, as outlines of labels in a picture do."""
+    x = (50 - gap, 50), (50, 50 + gap), (50 + gap, 50)
+    return {
+        "a": shapely.Polygon([(0, 0), (100, 0), (100, 50), x[2], x[0], (0, 50)]),
+        "b": shapely.Polygon([(0, 50), x[0], x[1], (50, 100), (0, 100)]),
+        "c": shapely.Polygon([(100, 50), (100, 100), (50, 100), x[1], x[2]]),
+    }
+
+
+@pytest.mark.parametrize("key", ["join: 0.5", "repair: {gap: 0.5}"])
+def test_a_gap_where_three_meet_is_told_and_closed(written, key):
+    (text,), domain = gap_warnings(written, spacing=10, **triple())
+    assert (domain.hole_count, domain.polygon.area) == (1, 9999.75)
+    assert re.search(r"the widest \(0\.41\) between 'a' and 'b' at \(50, 50\.2.\): set join: 0\.4\d to close", text)
+    told, domain = gap_warnings(written, f", {key}", spacing=10, **triple())
+    assert told == []
+    assert (domain.hole_count, domain.polygon.area) == (0, 10000)
+    assert domain.notes[0].startswith(
+        "land.geojson: 1 gap where several neighbours meet closed, the widest (0.41) at (50"
+    )
+    assert domain.notes[0].endswith(", now a part of 'a'")
+
+
+def test_a_gap_that_no_join_closes_without_the_loss_of_a_feature_names_smallest(written):
+    """A spot outside would fall onto a border as near as the gap is wide."""
+    shapes = triple() | {"d": shapely.box(100.3, 20, 110, 40), "spot": shapely.box(10, -0.43, 10.05, -0.4)}
+    (text,), _ = gap_warnings(written, spacing=10, **shapes)
+    smallest = re.search(r": set smallest: (\S+) to fill those that are holes$", text)[1]
+    told, domain = gap_warnings(written, f", smallest: {smallest}", spacing=10, **shapes)
+    assert (len(told), domain.hole_count, domain.polygon.area) == (1, 0, pytest.approx(10194))
+    assert "1 narrow gap between regions stays open, the widest (0.3) between 'a' and 'd'" in told[0]
+    with pytest.raises(GeometryError, match="nothing is left of 'spot' with this join: make it smaller"):
+        gap_warnings(written, ", join: 0.5", spacing=10, **shapes)
+
+
+def test_a_gap_where_three_meet_stays_if_it_is_wider_than_join_or_the_hole_of_one(written):
+    assert gap_warnings(written, ", join: 0.3", spacing=10, **triple())[1].hole_count == 1
+    shapes = triple() | {"a": triple()["a"].difference(shapely.box(10, 10, 10.2, 10.2))}
+    assert gap_warnings(written, ", join: 0.5", spacing=10, **shapes)[1].hole_count == 1
+    assert gap_warnings(written, spacing=1, **triple())[0] == []
 
 
 def test_gaps_that_are_wide_beside_the_spacing_and_corners_between_regions_are_not_told(written):

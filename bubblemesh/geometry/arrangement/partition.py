@@ -181,7 +181,15 @@ class _Sides:
         with about(self.regions[j].key):
             if same:
                 raise GeometryError(f"{names} at {where} are the same: remove one of them")
-            raise GeometryError(f"{names} overlap at {where}: give them a common side")
+            if self.regions[i].name == self.regions[j].name:
+                raise GeometryError(
+                    f"two areas of region {self.regions[i].name!r} overlap at {where}: make them one by "
+                    "ring: {union: [...]}, of their rings or their file"
+                )
+            raise GeometryError(
+                f"{names} overlap at {where}: give them a common side, or take one from the other by "
+                "ring: {minus: [..., ...]}"
+            )
 
     @property
     def seen(self) -> Booleans:
