@@ -69,7 +69,7 @@ def test_a_front_with_shorter_edges_than_the_metric_asks_has_smaller_triangles_b
     layers = {"on": "wall", "first": 0.1, "growth": 1.0, "count": 5}
     result = layered({"angle": 0.3, "across": 0.1}, layers, domain=disc)
     assert result.report.layers[0].complete == 1
-    assert result.report.quality["angle_min"] > 20  # in space: ellipses beside it are shorter along, too
+    assert result.report.quality["angle_min"] > 18  # in space: ellipses beside it are shorter along, too
 
 
 def test_a_short_front_edge_along_the_short_axis_of_ellipses_leaves_their_long_axis_in_proportion():
