@@ -140,7 +140,7 @@ PROBLEMS = (
 class Figures:
     """Figures of a mesh in a metric: quality at the centroids, and lengths of edges by the metrics of both ends."""
 
-    nodes: int
+    nodes: float
     ideal: float
     mean: float
     p01: float
