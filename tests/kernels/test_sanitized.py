@@ -26,7 +26,7 @@ TESTS = [
     "kernels/test_relaxing.py",
     "kernels/test_shapes.py",
 ]
-TESTS += ["kernels/test_grading.py", "kernels/test_hilbert.py", "kernels/test_spreading.py"]
+TESTS += ["kernels/test_metric_grading.py", "kernels/test_hilbert.py", "kernels/test_spreading.py"]
 TESTS += ["geometry/distance/test_nearest_chord.py"]
 TESTS += ["packing/ellipses/test_ellipse_annealing.py", "packing/test_neighbours.py"]
 CODE = """
