@@ -13,7 +13,7 @@ PICTURES = ("quality.png", "material.png", "spacing.svg", "rim.png", "labels.png
 
 @pytest.mark.long
 def test_every_command_writes_what_it_names(tmp_path):
-    (shown, printed), _ = followed(PATH, tmp_path)  # the other one is a table of areas
+    _, (shown, printed) = followed(PATH, tmp_path)  # the first one is a table of areas
     assert {path.name for path in tmp_path.iterdir()} >= {*PICTURES, "other.msh"}
     assert (tmp_path / "out/composite.html").read_text(encoding="utf-8").startswith("<!doctype html>")
     figures = re.compile(r"^(?:A|B|[a-z1][a-z1 %/]*?)(?= {2,})", flags=re.M)
