@@ -80,7 +80,8 @@ def test_ids_that_cannot_be_are_refused_before_the_work(ids, message):
 
 
 def test_a_label_and_a_region_may_have_the_same_id():
-    prepare(case_with({"inlet": 3, "copper": 3, "well": 3}))
+    ids = {"inlet": 3, "copper": 3, "well": 3}
+    assert prepare(case_with(ids)).task.ids == ids
 
 
 @pytest.mark.parametrize(

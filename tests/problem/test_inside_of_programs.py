@@ -81,6 +81,7 @@ def test_neighbours_are_followed_as_one_curve():
             r"regions\['b'\].*'a' and 'b' overlap at",
         ),
         ({"lines": {"l": DISC}}, CaseError, r"lines\['l'\]: must be a shapely.LineString.*found Polygon"),
+        ({"lines": {"l": shapely.LineString()}}, GeometryError, r"lines\['l'\]: the line is empty"),
         ({"lines": {"l": [(0, 0)]}}, GeometryError, r"lines\['l'\]: the line at \(0, 0\) has no length"),
         ({"lines": {"l": [(0, np.nan), (1, 0)]}}, CaseError, r"lines\['l'\]"),
         ({"points": {"p": 3}}, CaseError, r"points\['p'\]: must be a point \(x, y\)"),

@@ -43,21 +43,21 @@ def areas_of(shape: Any, argument: str, expected: str) -> list[list[ProgramPoint
         return [[points_of(shape, argument, expected)]]
     if not isinstance(shape, shapely.Polygon | shapely.MultiPolygon):
         raise CaseError(f"{argument}: must be {expected} (found {type(shape).__name__})")
-    polygons = _filled(shape)
-    if not polygons:
-        with about(Key([argument])):
-            raise GeometryError("the polygon is empty")
     single = isinstance(shape, shapely.Polygon)
+    polygons = _filled(shape, argument, "polygon")
     return [_rings(part, argument if single else f"{argument}.geoms[{k}]") for k, part in polygons]
 
 
 def lines_of(shape: Any, argument: str, expected: str) -> list[ProgramPoints]:
-    """Points of each line of a shape; CaseError, with what is ``expected``, if it is none and no array of points."""
+    """Points of each line of a shape.
+
+    CaseError, with what is ``expected``, if it is no line and no array of points; GeometryError if it is empty.
+    """
     if not isinstance(shape, shapely.Geometry):
         return [points_of(shape, argument, expected)]
     if not isinstance(shape, shapely.LineString | shapely.MultiLineString):
         raise CaseError(f"{argument}: must be {expected} (found {type(shape).__name__})")
-    return [points_of(shapely.get_coordinates(line), argument, expected) for _, line in _filled(shape)]
+    return [points_of(shapely.get_coordinates(line), argument, expected) for _, line in _filled(shape, argument, "line")]
 
 
 def points_of(given: Any, argument: str, expected: str = A_RING) -> ProgramPoints:
@@ -90,6 +90,10 @@ def _rings(polygon: shapely.Polygon, argument: str) -> list[ProgramPoints]:
     return [points_of(shapely.get_coordinates(ring), name) for ring, name in named]
 
 
-def _filled(shape: shapely.Geometry) -> list[tuple[int, Any]]:
-    """Parts of a shape that are not empty, with their numbers in it."""
-    return [(k, part) for k, part in enumerate(shapely.get_parts(shape).tolist()) if not part.is_empty]
+def _filled(shape: shapely.Geometry, argument: str, noun: str) -> list[tuple[int, Any]]:
+    """Parts of a shape that are not empty, with their numbers in it; GeometryError if there is none."""
+    parts = [(k, part) for k, part in enumerate(shapely.get_parts(shape).tolist()) if not part.is_empty]
+    if not parts:
+        with about(Key([argument])):
+            raise GeometryError(f"the {noun} is empty")
+    return parts
