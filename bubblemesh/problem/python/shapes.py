@@ -57,7 +57,9 @@ def lines_of(shape: Any, argument: str, expected: str) -> list[ProgramPoints]:
         return [points_of(shape, argument, expected)]
     if not isinstance(shape, shapely.LineString | shapely.MultiLineString):
         raise CaseError(f"{argument}: must be {expected} (found {type(shape).__name__})")
-    return [points_of(shapely.get_coordinates(line), argument, expected) for _, line in _filled(shape, argument, "line")]
+    return [
+        points_of(shapely.get_coordinates(line), argument, expected) for _, line in _filled(shape, argument, "line")
+    ]
 
 
 def points_of(given: Any, argument: str, expected: str = A_RING) -> ProgramPoints:
