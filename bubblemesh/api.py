@@ -14,7 +14,7 @@ from bubblemesh.errors import CaseError, Key, MeshWarning, in_call
 from bubblemesh.files import with_home
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.messages import calling_node_limit, own_places, tell_places_of
+from bubblemesh.messages import own_places, tell_places_of
 from bubblemesh.problem.prepare import prepare_in
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.python.domain import Geometry, Labels, ProgramRings
@@ -124,7 +124,7 @@ def mesh(
     """
     drawing = ProgramRings(geometry, holes, labels, corners, smooth, tolerance, ProgramParts(regions, lines, points))
     options = MeshOptions(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
-    with in_call("mesh()", "geometry"), calling_node_limit("max_nodes"), own_places():
+    with in_call("mesh()", "geometry", "max_nodes"), own_places():
         told = in_steps(progress)
         result = mesh_problem(_problem(drawing, spacing, options), RunOptions(on_share=told))
         if result.verdict is not None:

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 DONE, INTERRUPTED = 0, 130  # exit codes without an error of a class
 OWN = "", "bubblemesh"  # packages whose missing modules are no libraries that someone could install
 OUT_OF_MEMORY = "out of memory: coarsen the spacing, or lower limits.max_nodes to stop earlier"
+NODE_LIMIT, COARSEN = "{limit}", "{coarsen}"  # in texts of a `NodeLimitError`
 
 
 class Key(tuple[str | int, ...]):
@@ -22,6 +23,19 @@ class BubblemeshError(Exception):
 
     exit_code = 1
     about = Key()  # of the case, if that is known
+    where: tuple[str, ...] = ()  # sources, keys and names that stand before the text
+
+    @property
+    def text(self) -> str:
+        """What is wrong, and what to do."""
+        return super().__str__()
+
+    def __str__(self) -> str:
+        return ": ".join((*self.where, self.text))
+
+    def prefix(self, place: object) -> None:
+        """Put a place before all that the error says."""
+        self.where = (str(place), *self.where)
 
 
 class MeshWarning(UserWarning):
@@ -59,6 +73,26 @@ class LimitError(BubblemeshError):
     exit_code = 6
 
 
+class NodeLimitError(LimitError):
+    """A mesh needs more nodes than its limit allows.
+
+    What it is made with has `NODE_LIMIT` for the name of the limit, and `COARSEN` for what makes a mesh of fewer nodes:
+    that is to coarsen the ``sizes``, unless `coarsened_by` knows better.
+    """
+
+    limit = "limits.max_nodes"  # as a case gives it
+    advice: str | None = None
+
+    def __init__(self, text: str, sizes: str = "the spacing") -> None:
+        super().__init__(text)
+        self.sizes = sizes
+
+    @property
+    def text(self) -> str:
+        """What needs the nodes, and what to do, in words of the case or the call."""
+        return super().text.format(limit=self.limit, coarsen=self.advice or f"coarsen {self.sizes}")
+
+
 def outcome(exit_code: int) -> str:
     """Outcome of a case with this exit code, as batches count it."""
     return {DONE: "done", RequirementError.exit_code: "missed a requirement"}.get(exit_code, "failed")
@@ -79,7 +113,7 @@ def prefixed(place: object) -> Iterator[None]:
     try:
         yield
     except BubblemeshError as error:
-        error.args = (f"{place}: {error}",)
+        error.prefix(place)
         raise
 
 
@@ -105,13 +139,29 @@ def at_key(*path: str | int) -> Iterator[None]:
 
 
 @contextmanager
-def in_call(call: str, argument: str) -> Iterator[None]:
-    """Put a call before the texts of errors, and the argument that errors of the geometry are about."""
+def coarsened_by(advice: str) -> Iterator[None]:
+    """Have errors on too many nodes advise how to get fewer of them, unless they have a more exact advice already."""
+    try:
+        yield
+    except NodeLimitError as error:
+        error.advice = error.advice or advice
+        raise
+
+
+@contextmanager
+def in_call(call: str, argument: str, node_limit: str) -> Iterator[None]:
+    """Put a call before the texts of errors, and the argument that errors of the geometry are about.
+
+    What limits the number of nodes is called by its argument, ``node_limit``.
+    """
     try:
         yield
     except BubblemeshError as error:
-        place = f"{error.about or argument}: " if isinstance(error, GeometryError) else ""
-        error.args = (f"{call}: {place}{error}",)
+        if isinstance(error, NodeLimitError):
+            error.limit = node_limit
+        if isinstance(error, GeometryError):
+            error.prefix(error.about or argument)
+        error.prefix(call)
         raise
 
 
@@ -121,6 +171,7 @@ def located(source: str, place: Callable[[Key], str | None] = lambda key: None) 
     try:
         yield
     except BubblemeshError as error:
-        key = "domain: " if isinstance(error, GeometryError) else ""
-        error.args = (f"{(place(error.about) if error.about else None) or source}: {key}{error}",)
+        if isinstance(error, GeometryError):
+            error.prefix("domain")
+        error.prefix((place(error.about) if error.about else None) or source)
         raise

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
 from math import floor, isfinite, log10
@@ -26,37 +26,6 @@ _size: ContextVar[float | None] = ContextVar("size of the domain", default=None)
 _given: ContextVar[Callable[[tuple[float, float]], tuple[float, float]] | None] = ContextVar(
     "given places", default=None
 )
-_node_limit: ContextVar[str] = ContextVar("name of the limit on nodes", default="limits.max_nodes")
-_coarsening: ContextVar[str] = ContextVar("what makes meshes coarser", default="")
-
-
-def node_limit() -> str:
-    """Name under which the user gives the limit on the number of nodes: a key of the case, or an argument."""
-    return _node_limit.get()
-
-
-def calling_node_limit(name: str) -> AbstractContextManager[None]:
-    """Have messages call the limit on the number of nodes by another name."""
-    return _saying(_node_limit, name)
-
-
-def coarsening(what: str) -> str:
-    """What the user can do for a mesh of fewer nodes, as an advice: to coarsen what asks for them, or another one."""
-    return _coarsening.get() or f"coarsen {what}"
-
-
-def coarsened_by(advice: str) -> AbstractContextManager[None]:
-    """Have messages give another advice on how to get a mesh of fewer nodes."""
-    return _saying(_coarsening, advice)
-
-
-@contextmanager
-def _saying(phrase: ContextVar[str], text: str) -> Iterator[None]:
-    token = phrase.set(text)
-    try:
-        yield
-    finally:
-        phrase.reset(token)
 
 
 @contextmanager

@@ -24,10 +24,9 @@ from bubblemesh.arrays import Floats, Integers, complement, is_real, is_whole
 from bubblemesh.case import Case
 from bubblemesh.case.models import IN_METRIC, MULTILEVEL
 from bubblemesh.case.spacing import SpacingTerms
-from bubblemesh.errors import CaseError, Key, at_key, prefixed
+from bubblemesh.errors import CaseError, Key, at_key, coarsened_by, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
-from bubblemesh.messages import coarsened_by
 from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.metric import MetricRequest

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from bubblemesh.errors import CaseError, LimitError, at_key
+from bubblemesh.errors import NODE_LIMIT, CaseError, NodeLimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.fitting import fitted_strips
 from bubblemesh.layers.heights import most_layers
@@ -10,7 +10,6 @@ from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.placement import columns_on
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.walls import Walls
-from bubblemesh.messages import node_limit
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.spacing.spacing import Spacing
 
@@ -36,9 +35,9 @@ def layered(domain: Domain, requested: Spacing, spacing: Spacing, ladders: Seque
     columns = columns_on(walls, ladders)
     most = most_layers(columns, requested)
     if (nodes := int(most.count.sum())) > max_nodes:
-        raise LimitError(
+        raise NodeLimitError(
             f"layers: they may take {nodes} nodes, and the limit is {max_nodes}: coarsen the spacing on "
-            f"the walls, ask for fewer layers, or raise {node_limit()}"
+            f"the walls, ask for fewer layers, or raise {NODE_LIMIT}"
         )
     return Rest.of(fitted_strips(columns, walls, most))
 

@@ -28,7 +28,7 @@ class OptionError(CaseError):
         self.others: tuple[OptionError, ...] = ()  # faults of further keys
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.section, self.key, self.message), vars(self) | {"args": self.args}
+        return type(self), (self.section, self.key, self.message), vars(self)
 
 
 class Option(NamedTuple):

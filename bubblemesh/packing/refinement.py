@@ -23,7 +23,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts, matching_edges
 from bubblemesh.meshes.quality import angles, signed_areas
 from bubblemesh.meshes.triangulation import regions
-from bubblemesh.messages import node_limit, place
+from bubblemesh.messages import place
 from bubblemesh.packing.boundary_edges import split_cutting_edges
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.net import Net, connect, connect_inside, reconnect
@@ -93,7 +93,7 @@ class Refinement:
                 break
             out_of_nodes = len(grown.bubbles) > most
             if out_of_nodes:
-                stopped = f"by {node_limit()}: {most}"
+                stopped = f"by limits.max_nodes: {most}"
                 break
             net = grown
         if len(net.bubbles) == len(start.bubbles) and not net.bubbles.touched.any():

@@ -13,12 +13,11 @@ from bubblemesh.case.crs import CrsKeys
 from bubblemesh.case.domain import DomainKeys, ShoreDomain
 from bubblemesh.case.fields import several
 from bubblemesh.case.spacing import NearLine, NearPoint, SpacingTerms
-from bubblemesh.errors import CaseError, at_key
+from bubblemesh.errors import CaseError, at_key, coarsened_by
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane, Projecting, known_system
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.unprojection import Unprojection
-from bubblemesh.messages import coarsened_by
 from bubblemesh.problem.files import named_files
 from bubblemesh.problem.scale import SpacingAtScale
 from bubblemesh.records import record

@@ -12,7 +12,7 @@ from bubblemesh.case import Case
 from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain, ShoreDomain
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
-from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, about, prefixed
+from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, about, coarsened_by, prefixed
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.domain import Domain
@@ -20,7 +20,7 @@ from bubblemesh.geometry.following import Following, followed_together
 from bubblemesh.geometry.geography import given_places, given_plane, has_new_contacts, projecting
 from bubblemesh.geometry.nesting import with_holes, without_outside_holes
 from bubblemesh.geometry.paths import Area, Ring
-from bubblemesh.messages import coarsened_by, counted, ring_name, tell_places_by, tell_places_of
+from bubblemesh.messages import counted, ring_name, tell_places_by, tell_places_of
 from bubblemesh.problem.crs import projecting_of, require_one_unit_in_box, sizes_in_metres
 from bubblemesh.problem.drawing import Name, drawn
 from bubblemesh.problem.files import own_files
@@ -56,7 +56,7 @@ def case_domain(case: Case) -> Domain:
             return domain if by is None else replace(domain, plane=by.plane)
         except GeometryError as error:
             if error.mendable:
-                error.args = (f"{error}{_advice(case.domain, error.about)}",)
+                error.args = (f"{error.text}{_advice(case.domain, error.about)}",)
             raise
 
 

@@ -7,9 +7,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from bubblemesh.errors import CaseError, Key, LimitError, at_key
+from bubblemesh.errors import NODE_LIMIT, CaseError, Key, LimitError, NodeLimitError, at_key, prefixed
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.messages import node_limit
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.process.limits import Stopwatch
 from bubblemesh.records import record
@@ -142,8 +141,8 @@ def fit_node_target(search: ScaleSearch, known: Sequence[CountTrial] = ()) -> Pr
     if search.nearest is not None:
         return _nearest(search, known)
     if nodes > limit:
-        raise LimitError(
-            f"{node_limit()}: {search.key} asks for {nodes}, more than the limit of {limit}: ask for "
+        raise NodeLimitError(
+            f"{NODE_LIMIT}: {search.key} asks for {nodes}, more than the limit of {limit}: ask for "
             "fewer or raise the limit"
         )
     return search.problem(nodes, known=known)
@@ -157,7 +156,7 @@ def _nearest(search: ScaleSearch, known: Sequence[CountTrial]) -> Problem:
     if found is None or abs(expected - search.nodes) <= CLOSE * search.nodes:
         return problem
     if expected > (1 + CLOSE) * limit:
-        with at_key(node_limit()):
+        with prefixed(NodeLimitError.limit):
             raise out_of_reach(limit, expected)
     return search.instead(round(expected)).of(problem, found.scale, found.trials)
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from bubblemesh.errors import BubblemeshError, LimitError, RequirementError
+from bubblemesh.errors import NODE_LIMIT, BubblemeshError, LimitError, NodeLimitError, RequirementError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.messages import counted
@@ -51,8 +51,9 @@ def _unrefined(refined: Refined, demands: Demands) -> BubblemeshError:
         told.append(f"a triangle has {refined.excess:.3g} times the largest area")
     if refined.overconstrained:
         told.append(f"{counted(refined.overconstrained, 'triangle')} with all nodes on the boundary are left")
-    kind = LimitError if refined.out_of_nodes else RequirementError
+    stopped = f"by {NODE_LIMIT}: {demands.max_nodes}" if refined.out_of_nodes else refined.stopped
+    kind = NodeLimitError if refined.out_of_nodes else RequirementError
     return kind(
-        f"the refinement for angle_min, largest or overconstrained was stopped {refined.stopped}: the mesh is written, "
+        f"the refinement for angle_min, largest or overconstrained was stopped {stopped}: the mesh is written, "
         f"but {' and '.join(told)}"
     )

@@ -213,7 +213,7 @@ class UnknownNameError(CaseError):
         self.follows = follows
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.name), vars(self)
+        return type(self), (self.text, self.name), vars(self)
 
 
 def checked_parameters(parameters: Mapping[str, float]) -> Parameters:

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers
-from bubblemesh.errors import CaseError, LimitError, at_key
+from bubblemesh.errors import COARSEN, NODE_LIMIT, CaseError, NodeLimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import doubled_areas
-from bubblemesh.messages import coarsening, node_limit, place
+from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.cover import LARGEST_PART, Cover
 from bubblemesh.spacing.integrals import IntegralParts, Intervals, Triangles
@@ -208,11 +208,11 @@ def _integral(parts: IntegralParts, tolerance: float, enough: int) -> float:
     return total + float(coarse.sum())
 
 
-def _too_many(needed: float, max_nodes: int, spacing: Spacing) -> LimitError:
+def _too_many(needed: float, max_nodes: int, spacing: Spacing) -> NodeLimitError:
     many = f"about {needed:.3g} nodes" if np.isfinite(needed) else "more nodes than can be counted"
-    return LimitError(
-        f"{node_limit()}: {spacing.noun} needs {many}, more than the limit of {max_nodes}: "
-        f"{coarsening(spacing.noun)} or raise the limit"
+    return NodeLimitError(
+        f"{NODE_LIMIT}: {spacing.noun} needs {many}, more than the limit of {max_nodes}: {COARSEN} or raise the limit",
+        spacing.noun,
     )
 
 

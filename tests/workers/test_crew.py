@@ -13,7 +13,18 @@ from commands import command
 from sweeps import sweep
 
 from bubblemesh.case import load_case
-from bubblemesh.errors import CaseError, FileError, GeometryError, Key, LimitError, RequirementError, prefixed
+from bubblemesh.errors import (
+    COARSEN,
+    NODE_LIMIT,
+    CaseError,
+    FileError,
+    GeometryError,
+    Key,
+    LimitError,
+    NodeLimitError,
+    RequirementError,
+    prefixed,
+)
 from bubblemesh.packing.configure import OptionError
 from bubblemesh.parts.work import Job
 from bubblemesh.run.pipeline import mesh_case
@@ -127,6 +138,7 @@ def test_any_other_error_is_what_it_is(workers, function, argument, error):
         *(kind("there: a fault") for kind in (CaseError, GeometryError, RequirementError, FileError, LimitError)),
         UnknownNameError("unknown name 'z'", "z", follows=True),
         OptionError("packing", "seed", "must be a number"),
+        NodeLimitError(f"{NODE_LIMIT}: there are more: {COARSEN}", "the metric"),
     ],
 )
 def test_errors_of_the_package_travel_as_they_are(error):

@@ -7,9 +7,8 @@ from annotated_types import Ge, Le
 from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.errors import LimitError
+from bubblemesh.errors import COARSEN, NODE_LIMIT, NodeLimitError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.messages import coarsening, node_limit
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -52,9 +51,9 @@ class Placement(Protocol):
 def require_at_most(max_nodes: int, count: int, spacing: Spacing) -> None:
     """Stop a placement by a spacing that runs away."""
     if count > 4 * max_nodes:
-        raise LimitError(
-            f"{node_limit()}: {spacing.noun} needs more than {max_nodes} nodes: "
-            f"{coarsening(spacing.noun)} or raise the limit"
+        raise NodeLimitError(
+            f"{NODE_LIMIT}: {spacing.noun} needs more than {max_nodes} nodes: {COARSEN} or raise the limit",
+            spacing.noun,
         )
 
 

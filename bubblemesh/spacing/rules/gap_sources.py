@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, members, select
-from bubblemesh.errors import LimitError
+from bubblemesh.errors import NODE_LIMIT, NodeLimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import NO_GAPS, FacingWalls, Gaps
-from bubblemesh.messages import node_limit, place
+from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.rules.sources import Sources, halved, short_intervals
 from bubblemesh.spacing.spacing import Spacing
@@ -143,8 +143,8 @@ class GapSources:
     def _refused(found: Gaps, size: Floats, nodes: Floats, max_nodes: float) -> float:
         """Refuse gaps that need too many nodes (k,), with the narrowest one."""
         worst = size.argmin()
-        raise LimitError(
-            f"{node_limit()}: spacing.across asks for more than the limit of {max_nodes} nodes: the part at "
+        raise NodeLimitError(
+            f"{NODE_LIMIT}: spacing.across asks for more than the limit of {max_nodes} nodes: the part at "
             f"{place(found.places[worst])} is only {found.widths[worst]:.3g} wide: set spacing.minimum or raise "
             "the limit"
         )

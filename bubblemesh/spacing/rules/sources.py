@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, members
-from bubblemesh.errors import LimitError
+from bubblemesh.errors import NODE_LIMIT, NodeLimitError
 from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls
-from bubblemesh.messages import node_limit, place
+from bubblemesh.messages import place
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
@@ -160,8 +160,8 @@ def curvature_sources(
     if _nodes_beside(domain, tight, radius, growth, max_nodes) > max_nodes:
         at = tight.size.argmin()
         where = place(domain.boundary.points(tight.piece[at : at + 1], tight.s[at : at + 1])[0])
-        raise LimitError(
-            f"{node_limit()}: spacing.per_circle asks for more than the limit of {max_nodes} nodes, for a "
+        raise NodeLimitError(
+            f"{NODE_LIMIT}: spacing.per_circle asks for more than the limit of {max_nodes} nodes, for a "
             f"spacing of {tight.size[at]:.3g} on the curve at {where}: ask for fewer on a turn, set "
             "spacing.minimum, or raise the limit"
         )
