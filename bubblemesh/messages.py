@@ -69,8 +69,13 @@ def place(point: "Floats | Sequence[float]", size: float | None = None, finer: i
     x, y = float(point[0]), float(point[1])
     if given is not None and isfinite(x) and isfinite(y):
         return "({}, {})".format(*(_given_coordinate(value, finer) for value in given((x, y))))
-    known = (size or _size.get() or UNKNOWN / TOLD_APART * max(abs(x), abs(y))) / 10**finer
-    return f"({coordinate(x, known)}, {coordinate(y, known)})"
+    known = size or _size.get() or UNKNOWN / TOLD_APART * max(abs(x), abs(y))
+    return place_in_mesh((x, y), known / 10**finer)
+
+
+def place_in_mesh(point: "Floats | Sequence[float]", size: float) -> str:
+    """A point of a mesh of the size, in the coordinates in which this is written, whatever was given: (0.5, -1)."""
+    return f"({coordinate(float(point[0]), size)}, {coordinate(float(point[1]), size)})"
 
 
 def _given_coordinate(value: float, finer: int) -> str:

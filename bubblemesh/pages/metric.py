@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import tensors_in
 from bubblemesh.meshes.tensors import axes
-from bubblemesh.messages import place
+from bubblemesh.messages import place_in_mesh
 from bubblemesh.pages.markup import Markup, html, linked_places, tag
 from bubblemesh.pictures.colouring import MeshData
 from bubblemesh.pictures.plots import small_png
@@ -38,7 +38,7 @@ def metric_section(mesh: Mesh, fields: Mapping[str, Floats], row: Mapping[str, A
         shown, why = int(found.aspects.argmax()), "where they are longest"
     view = _view(mesh.points, middles[shown], WIDE * float(found.along[shown]))
     png = base64.b64encode(small_png(mesh, PlotOptions(view=view, ellipses=True, dpi=DPI), MeshData(fields))).decode()
-    where = f"Ellipses at {place(middles[shown], size)}"
+    where = f"Ellipses at {place_in_mesh(middles[shown], size)}"
     picture = tag("img", src=f"data:image/png;base64,{png}", alt=where, class_="overview")
     told = tag("p", linked_places(where), f", {why}:", class_="soft")
     title = tag("h2", "Metric", id="metric-title")
@@ -74,7 +74,7 @@ def _figures(row: Mapping[str, Any], size: float) -> Markup:
     shorter = row["shortened"]
     if shorter is None:
         return html(told)
-    where = linked_places(place(shorter["ratio_at"], size))
+    where = linked_places(place_in_mesh(shorter["ratio_at"], size))
     return html(
         f"{told} At {shorter['share']:.1%} of the nodes ellipses are shorter along than the metric asks for, "
         f"{shorter['ratio']:.3g} times at ",

@@ -13,7 +13,7 @@ from bubblemesh.meshes.histograms import histogram, lowest_shown, quality_histog
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.metric import MeasuresInMetric, measures_of, spacing_along_edges
 from bubblemesh.meshes.quality import TARGET_SPACING, angles, edge_means, edge_ratios
-from bubblemesh.messages import counted, duration, place
+from bubblemesh.messages import counted, duration, place_in_mesh
 from bubblemesh.pages.charts import ChartLine, bar, histogram_chart, line_chart
 from bubblemesh.pages.markup import Markup, cell, head, html, table, tag, whole
 from bubblemesh.pages.scene import Scene
@@ -125,7 +125,7 @@ def worst_triangles(scene: Scene) -> Markup:
         least = float(np.nanmin(angles(mesh.points, scene.corners[t : t + 1])))
         show = tag("button", "Show", type="button", class_="worst screen", data_rank=rank, title="Show in the mesh")
         cells = [f"{rank + 1}", f"{scene.quality.values[t]:.4f}", f"{least:.1f}°", f"{scene.ratio.values[t]:.3f}"]
-        rows.append([cell(show), *map(cell, cells), cell(place((x, y), size)), cell(whole(t + 1))])
+        rows.append([cell(show), *map(cell, cells), cell(place_in_mesh((x, y), size)), cell(whole(t + 1))])
     heads = ["", "Rank", "q", "Least angle", "l/d", "Centre", "Triangle"]
     return table("Worst triangles", [head(name) for name in heads], rows)
 

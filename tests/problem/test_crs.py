@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -414,6 +415,17 @@ def test_degrees_with_sizes_in_metres_are_refused(in_folder):
     (in_folder / "case.yaml").write_text(text)
     code, _, said = command("check", "case.yaml")
     assert (code, "add crs: {from: EPSG:4326}" in said.replace("\n", " ")) == (2, True)
+
+
+def test_worst_triangles_of_a_page_are_where_they_are_in_the_mesh(in_folder):
+    (in_folder / "a.yaml").write_text(
+        "crs: {from: EPSG:4326, to: EPSG:32631}\nspacing: 4 km\npacking: {effort: fast}\n"
+        "domain: {outer: {polygon: [[3, 52], [3.1, 52], [3.1, 52.1], [3, 52.1]]}}\n"
+    )
+    assert command("run", "a.yaml", "--report", "--quiet")[0] == 0
+    centres = re.findall(r"<td>\(([\d.]+), ([\d.]+)\)</td>", (in_folder / "a.html").read_text())
+    x, y = np.array(centres, float).T
+    assert ((x > 5e5) & (x < 507e3) & (y > 5.76e6) & (y < 5.78e6)).all()
 
 
 def test_a_coarse_mesh_of_a_small_square_is_no_coast_in_degrees(in_folder):
