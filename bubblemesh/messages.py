@@ -22,6 +22,9 @@ NAME = re.compile(r"(?<!\w)'[^']+'(?!\w)")  # in quotes
 WIDEST = re.compile(r"the widest(?: gap)? \(([^ )]+)\)")  # of several gaps
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 
+# How places are written depends on the domain of the run. Its size is told by each file that is read, and then by all
+# rings together (`Domain.of_areas`); how coordinates were given by its plane, once all is read (`problem.domain`). Both
+# hold until the run ends. Places of a mesh as it is written depend on neither: see `place_in_mesh`.
 _size: ContextVar[float | None] = ContextVar("size of the domain", default=None)
 _given: ContextVar[Callable[[tuple[float, float]], tuple[float, float]] | None] = ContextVar(
     "given places", default=None
