@@ -8,7 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.messages import place
+from bubblemesh.messages import place_in_mesh
 from bubblemesh.pages.markup import Markup, cell, head, html, linked_places, table, tag, whole
 from bubblemesh.pictures.plots import small_png
 from bubblemesh.pictures.styles import PlotOptions, View
@@ -27,20 +27,25 @@ MEANING = (
 )
 
 
-def layers_section(mesh: Mesh, rows: Sequence[Mapping[str, Any]]) -> Markup:
-    """The section on the layers of a report, with a row for each label; empty if there are no rows."""
+def layers_section(mesh: Mesh, rows: Sequence[Mapping[str, Any]], *, in_plane: bool) -> Markup:
+    """The section on the layers of a report, with a row for each label; empty if there are no rows.
+
+    The places and lengths of the rows are those of the mesh if it is written in the plane of its packing; else the
+    section shows none of them in it.
+    """
     if not rows:
         return Markup("")
     size = float(np.ptp(mesh.points, axis=0).max())
     heads = [head("Label", text=True), *map(head, HEADS)]
-    figures = table("On each label", heads, [list(_cells(row, size)) for row in rows])
+    figures = table("On each label", heads, [list(_cells(row, size if in_plane else None)) for row in rows])
     title = tag("h2", "Boundary layers", id="layers-title")
-    parts = tag("div", figures, class_="scroll dense"), tag("p", MEANING, class_="note"), _picture(mesh, rows, size)
+    picture = _picture(mesh, rows, size) if in_plane else ""
+    parts = tag("div", figures, class_="scroll dense"), tag("p", MEANING, class_="note"), picture
     return tag("section", title, *parts, aria_labelledby="layers-title")
 
 
-def _cells(row: Mapping[str, Any], size: float) -> Iterator[Markup]:
-    """Cells with the figures of the layers on a label, in a domain of a size."""
+def _cells(row: Mapping[str, Any], size: float | None) -> Iterator[Markup]:
+    """Cells with the figures of the layers on a label, and a place in a mesh of a size if that is given."""
     first, count, upright = row["first"], row["count"], row["orthogonality"]
     yield cell(row["label"] if row["region"] is None else f"{row['label']} in {row['region']}", text=True)
     least, most = count["least"], count["most"]
@@ -54,8 +59,9 @@ def _cells(row: Mapping[str, Any], size: float) -> Iterator[Markup]:
     yield cell(f"{upright['least']:.0f}, {row['angle_max']['degrees']:.0f}°" if upright else "")
     yield cell(f"{row['aspect']:.3g}" if first else "")
     yield cell("" if row["across_front"] is None else f"{row['across_front']:.2f}")
-    places = (f"{lowest['layers']} at {place(lowest['at'], size)}" for lowest in row["shortest"][:1])
-    yield cell(linked_places("".join(places)))
+    lowest = next(iter(row["shortest"]), None)
+    at = f" at {place_in_mesh(lowest['at'], size)}" if lowest and size else ""
+    yield cell(linked_places(f"{lowest['layers']}{at}" if lowest else ""))
 
 
 def _picture(mesh: Mesh, rows: Sequence[Mapping[str, Any]], size: float) -> Markup:
@@ -67,7 +73,7 @@ def _picture(mesh: Mesh, rows: Sequence[Mapping[str, Any]], size: float) -> Mark
     nearest = on_wall[np.hypot(*(middles - at).T).argmin()]
     edge = float(np.hypot(*(mesh.points[nearest[1]] - mesh.points[nearest[0]])))
     png = small_png(mesh, PlotOptions(view=_view(at, max(HIGH * row["thickness"], WIDE * edge)), dpi=DPI))
-    where = f"Layers on {row['label']} at {place(at, size)}"
+    where = f"Layers on {row['label']} at {place_in_mesh(at, size)}"
     picture = tag("img", src=f"data:image/png;base64,{base64.b64encode(png).decode()}", alt=where, class_="overview")
     told = "where they are lowest" if row["shortest"] else "in the middle of the wall"
     return html(tag("p", linked_places(where), f", {told}:", class_="soft"), picture)

@@ -70,6 +70,9 @@ def report_page(
         The spacing of the whole domain, shown above a sample.
     """
     scene = Scene.of(mesh, fields, WORST)
+    crs = report.get("crs")
+    in_plane = crs is None or crs["target"] == "auto"  # places of figures are those of the mesh
+    as_given = crs is None or crs["target"] == crs["source"]  # and those of messages
     text, omitted = readable_json(report["parameters"], MOST_LINES)
     body = from_template(
         "report.html",
@@ -77,7 +80,7 @@ def report_page(
         origin=f"method {report['method']}, seed {report['seed']}, bubblemesh {report['version']}, "
         f"{written.day} {written:%B %Y, %H:%M}",
         figures=_figures(report),
-        warnings=_warnings(report["warnings"]),
+        warnings=_warnings(report["warnings"], linked=as_given),
         sample="" if overview is None else _sample(mesh, report, overview),
         picture=f"The mesh of {report['case']}: {counted(len(mesh.triangles), 'triangle')}, {_named(mesh.labels)}. Its "
         "figures are in the tables of this page.",
@@ -85,7 +88,10 @@ def report_page(
         scales=scales(scene),
         labels=labels(mesh),
         still=base64.b64encode(small_png(mesh, STILL, MeshData(fields))).decode(),
-        layers=html(layers_section(mesh, report.get("layers", ())), metric_section(mesh, fields, report.get("metric"))),
+        layers=html(
+            layers_section(mesh, report.get("layers", ()), in_plane=in_plane),
+            metric_section(mesh, fields, report.get("metric")),
+        ),
         regions=regions_and_labels(report),
         histograms=histograms(scene, fields),
         worst=worst_triangles(scene),
@@ -134,9 +140,10 @@ def _figures(report: Mapping[str, Any]) -> Markup:
     return html(*(tag("div", tag("dt", term), tag("dd", value, tag("small", note))) for term, value, note in rows))
 
 
-def _warnings(messages: Sequence[str]) -> Markup:
+def _warnings(messages: Sequence[str], *, linked: bool) -> Markup:
+    """List of warnings, whose places are buttons if they are ``linked`` to the picture."""
     if not messages:
         return tag("p", "No warnings.", class_="soft")
-    items = html(*(tag("li", linked_places(message)) for message in messages))
+    items = html(*(tag("li", linked_places(message) if linked else message) for message in messages))
     title = tag("h2", counted(len(messages), "warning"), id="warnings-title")
     return tag("section", title, tag("ul", items), class_="warnings", aria_labelledby="warnings-title")

@@ -74,7 +74,7 @@ def test_a_picture_shows_the_wall(layered, section):
     assert min(picture.size) > 300
     assert len(picture.convert("RGB").getcolors(10**6)) > 20
     assert "where they are lowest" in section
-    assert "in the middle of the wall" in layers_section(layered.mesh, layered.report["layers"][:1])
+    assert "in the middle of the wall" in layers_section(layered.mesh, layered.report["layers"][:1], in_plane=True)
 
 
 def test_without_layers_there_is_no_section(page):

@@ -417,15 +417,29 @@ def test_degrees_with_sizes_in_metres_are_refused(in_folder):
     assert (code, "add crs: {from: EPSG:4326}" in said.replace("\n", " ")) == (2, True)
 
 
-def test_worst_triangles_of_a_page_are_where_they_are_in_the_mesh(in_folder):
+PAGES = [  # systems of the mesh, whether places of messages or figures are in it, and its box
+    pytest.param("auto", True, (-3500, 3500), (-5600, 5600), marks=pytest.mark.long),
+    pytest.param("EPSG:4326", True, (3, 3.1), (52, 52.1), marks=pytest.mark.long),
+    ("EPSG:32631", False, (499_000, 508_000), (5.76e6, 5.78e6)),
+]
+SPIKE = [[3, 52], [3.1, 52], [3.1, 52.1], [3.05, 52.02], [3, 52.1]]  # too sharp for all layers
+
+
+@pytest.mark.parametrize(("to", "buttons", "x", "y"), PAGES)
+def test_places_of_a_page_are_those_of_its_mesh(to, buttons, x, y, in_folder):
     (in_folder / "a.yaml").write_text(
-        "crs: {from: EPSG:4326, to: EPSG:32631}\nspacing: 4 km\npacking: {effort: fast}\n"
-        "domain: {outer: {polygon: [[3, 52], [3.1, 52], [3.1, 52.1], [3, 52.1]]}}\n"
+        f"crs: {{from: EPSG:4326, to: '{to}'}}\nspacing: 2 km\npacking: {{effort: fast}}\n"
+        f"domain: {{outer: {{polygon: {SPIKE}}}}}\nlayers: [{{on: outer, first: 200, count: 8}}]\n"
     )
     assert command("run", "a.yaml", "--report", "--quiet")[0] == 0
-    centres = re.findall(r"<td>\(([\d.]+), ([\d.]+)\)</td>", (in_folder / "a.html").read_text())
-    x, y = np.array(centres, float).T
-    assert ((x > 5e5) & (x < 507e3) & (y > 5.76e6) & (y < 5.78e6)).all()
+    page = (in_folder / "a.html").read_text()
+    centres = np.array(re.findall(r"<td>\(([-\d.]+), ([-\d.]+)\)</td>", page), float)
+    assert len(centres) > 3
+    assert np.abs(centres).max() > max(map(abs, (*x, *y))) / 10  # these are no degrees in place of metres
+    shown = np.array(re.findall(r'data-x="([-\d.]+)" data-y="([-\d.]+)"', page), float).reshape(-1, 2)
+    assert bool(len(shown)) == buttons
+    for places in (centres, shown):
+        assert ((places >= [x[0], y[0]]) & (places <= [x[1], y[1]])).all()
 
 
 def test_a_coarse_mesh_of_a_small_square_is_no_coast_in_degrees(in_folder):
