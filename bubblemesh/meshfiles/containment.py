@@ -4,11 +4,11 @@ import gzip
 import lzma
 import re
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from io import BufferedReader, TextIOWrapper
+from io import SEEK_END, BufferedReader, TextIOWrapper
 from pathlib import Path, PurePath
-from typing import IO, Any, TypeVar
+from typing import IO, Any, BinaryIO, TypeVar
 
 from bubblemesh.errors import FileError, LimitError
 from bubblemesh.files import opened, read_bytes, require_readable
@@ -17,9 +17,34 @@ from bubblemesh.process.shared import ALONE
 Text = TypeVar("Text", str, bytes)
 
 MOST_UNPACKED = 1_000_000_000  # bytes
+GZIP, HDF = b"\x1f\x8b", b"\x89HDF\r\n\x1a\n"  # with which files begin
 CHUNK = 1 << 20
 MOST_ENDS = 1000  # how often the end may be read
 INCLUDE = re.compile(rb"^[ \t]*\*[* \t]*include", re.IGNORECASE | re.MULTILINE)
+
+
+def check_content(path: Path) -> None:
+    """Check a file of any format by what is in it: one that is HDF by `check_hdf`, a compressed one by `check_gzip`."""
+    with opened(path) as stream:
+        is_compressed, is_hdf = _has(stream, 0, GZIP), any(_has(stream, place, HDF) for place in _hdf_starts(stream))
+    if is_hdf:
+        check_hdf(path)
+    if is_compressed:
+        check_gzip(path)
+
+
+def _has(stream: BinaryIO, place: int, mark: bytes) -> bool:
+    """Whether these bytes are in a file at a place."""
+    stream.seek(place)
+    return stream.read(len(mark)) == mark
+
+
+def _hdf_starts(stream: BinaryIO) -> Iterator[int]:
+    """Places where an HDF file may begin, in the same file after anything else: 0, 512, 1024, 2048 and so on."""
+    size, place = stream.seek(0, SEEK_END), 0
+    while place < size:
+        yield place
+        place = max(512, 2 * place)
 
 
 def check_hdf(path: Path) -> None:
@@ -87,17 +112,14 @@ def check_include(path: Path) -> None:
         raise FileError("it includes another file: write all into one")
 
 
-def check_pair(path: Path) -> None:
-    """Check that both files of a mesh of Triangle can be read, and lie in the folders that may be."""
-    for ending in (".node", ".ele"):
-        require_readable(path.with_suffix(ending))
+def all_readable(beside: Callable[[Path], Iterable[Path]]) -> Callable[[Path], None]:
+    """Check of a file that those which belong to it can be read, and lie in the folders that may be."""
 
-
-def check_functions(path: Path) -> None:
-    """Check the files beside that hold the functions on a mesh of DOLFIN."""
-    for other in path.parent.iterdir():
-        if other.name.startswith(f"{path.stem}_") and other.suffix == path.suffix:
+    def check(path: Path) -> None:
+        for other in beside(path):
             require_readable(other)
+
+    return check
 
 
 def check_gzip(path: Path) -> None:

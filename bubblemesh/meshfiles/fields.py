@@ -11,9 +11,8 @@ from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.meshfiles.groups import KEPT
 from bubblemesh.meshfiles.merging import joined
 from bubblemesh.meshfiles.read import CORNERS, LINEAR, REAL, MeshFile, digits, read_triangles
+from bubblemesh.meshfiles.sources.table import source_format
 
-MMG = (".mesh", ".meshb")  # endings of files whose data are in a file beside them
-NO_SOL = ": it has to be in a .sol file of the same name beside it"
 AVERAGE = "write values at the nodes, as the means of the cells around each"
 HIGHER_ORDER = "has cells of higher order: they count as linear triangles, with the values at the corners"
 # Parts that cover faces of any kind: all data at nodes counts.
@@ -107,7 +106,9 @@ def nodal_field(file: MeshFile, name: str | None, chosen_by: str) -> NodalField:
         of_cells = own_names(file.source.cell_data)
         if of_cells:
             raise CaseError(f"{path}: has no data at its nodes, but of its cells ({', '.join(of_cells)}): {AVERAGE}")
-        raise CaseError(f"{path}: has no data at its nodes{NO_SOL if path.suffix.lower() in MMG else ''}")
+        ending = source_format(path).data_ending
+        place = f": it has to be in a {ending} file of the same name beside it" if ending else ""
+        raise CaseError(f"{path}: has no data at its nodes{place}")
     if name is None and len(known) != 1:
         raise CaseError(f"{path}: has data of {len(known)} names at its nodes ({listed}): choose one by {chosen_by}")
     name = known[0] if name is None else name

@@ -1,14 +1,18 @@
 """Files that mesh files lead to travel with them."""
 
+import sys
+from contextlib import suppress
+
 import meshio
 import numpy as np
 import pytest
 from commands import command
 from squares import holed_square
 
+from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import local_copies, local_copy
 from bubblemesh.meshfiles.read import read_mesh
-from bubblemesh.meshfiles.sources.table import files_beside
+from bubblemesh.meshfiles.sources.table import BY_MESHIO, FORMATS, SELF_CONTAINED, SourceFormat, files_beside
 
 POINTS, CELLS = [[0.0, 0], [1, 0], [0, 1]], [("triangle", [[0, 1, 2]])]
 
@@ -41,7 +45,17 @@ def pair(folder):
     return folder / "a.ele", {"a.node"}
 
 
-@pytest.mark.parametrize("made", [pvtu, pvd, xdmf, pair])
+def dolfin(folder):
+    (folder / "a[1].xml").write_text(
+        '<dolfin><mesh celltype="triangle" dim="2"><vertices size="3"><vertex index="0" x="0" y="0"/><vertex index="1" '
+        'x="1" y="0"/><vertex index="2" x="0" y="1"/></vertices><cells size="1"><triangle index="0" v0="0" v1="1" '
+        'v2="2"/></cells></mesh></dolfin>'
+    )
+    (folder / "a[1]_marks.xml").write_text("<dolfin/>")
+    return folder / "a[1].xml", {"a[1]_marks.xml"}
+
+
+@pytest.mark.parametrize("made", [pvtu, pvd, xdmf, pair, dolfin])
 def test_copies_of_all_files_are_as_good_as_these(made, tmp_path):
     path, names = made(tmp_path)
     others = files_beside(path)
@@ -53,6 +67,33 @@ def test_copies_of_all_files_are_as_good_as_these(made, tmp_path):
         for each in [path, *others]:
             each.unlink()
         np.testing.assert_array_equal(read_mesh(path).mesh.points, mesh.points)
+
+
+def test_untrusted_cases_read_formats_that_are_said_to_be_self_contained():
+    assert not SourceFormat("new.read_new").self_contained
+    assert not any(FORMATS[ending].beside or FORMATS[ending].reader == BY_MESHIO for ending in SELF_CONTAINED)
+
+
+@pytest.fixture(scope="module")
+def opened_files():
+    """Names of all files that are opened, as long as there are tests that look at them."""
+    names, over = [], []
+    sys.addaudithook(lambda event, args: over or event != "open" or names.append(str(args[0])))
+    yield names
+    over.append(True)
+
+
+@pytest.mark.parametrize("ending", SELF_CONTAINED)
+def test_formats_that_are_self_contained_open_no_other_file(ending, tmp_path, opened_files):
+    path = tmp_path / f"a{ending}"
+    try:
+        holed_square().write(path, sidecars=False)
+    except CaseError:  # a format that is not written
+        path.write_text("a")
+    opened_files.clear()
+    with suppress(FileError):
+        read_mesh(path)
+    assert {name for name in opened_files if name.startswith(str(tmp_path))} == {str(path)}
 
 
 @pytest.mark.parametrize("content", [b"", b"<VTKFile>", b"\0", b"<VTKFile><Collection/></VTKFile>"])

@@ -1,6 +1,7 @@
 """Mesh files that lead to other files, or unpack to more than there is memory for."""
 
 import base64
+import gzip
 import os
 import sys
 import zlib
@@ -67,6 +68,22 @@ def test_links_of_hdf_are_not_followed(tmp_path):
             change(file)
         with pytest.raises(FileError, match="more is in another file"):
             read_field(path, "h")
+
+
+@pytest.mark.parametrize("start", [b"", b"any text".ljust(2048)])
+def test_files_of_unknown_formats_are_checked_by_what_they_begin_with(tmp_path, monkeypatch, start):
+    with h5py.File(tmp_path / "a.h5", "w", userblock_size=len(start)) as file:
+        file["more"] = h5py.ExternalLink("b.h5", "/x")
+    content = bytearray((tmp_path / "a.h5").read_bytes())
+    content[: len(start)] = start
+    path = tmp_path / "a.new"
+    path.write_bytes(content)
+    with pytest.raises(FileError, match="more is in another file"):
+        read_field(path, "h")
+    monkeypatch.setattr("bubblemesh.meshfiles.containment.MOST_UNPACKED", 10_000)
+    path.write_bytes(gzip.compress(bytes(100_000)))
+    with pytest.raises(LimitError, match="unpacks to more than"):
+        read_field(path, "h")
 
 
 def test_included_files_are_not_read(tmp_path):

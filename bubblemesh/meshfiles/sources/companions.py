@@ -27,5 +27,5 @@ def same_name(*endings: str) -> Callable[[Path], Iterable[Path]]:
 
 
 def functions(path: Path) -> Iterable[Path]:
-    """The files with functions on a mesh of DOLFIN."""
-    return path.parent.glob(f"{path.stem}_*.xml")
+    """The files with functions on a mesh of DOLFIN: NAME_WORD.xml beside NAME.xml."""
+    return (other for other in path.parent.iterdir() if other.name.startswith(f"{path.stem}_") and ".xml" in other.name)

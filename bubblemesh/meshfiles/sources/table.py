@@ -15,43 +15,42 @@ BY_MESHIO = "other.read_other"
 
 
 class SourceFormat(NamedTuple):
-    """How files of a format are read."""
+    """How files of a format are read; a row that leaves something out is taken for a format that may be hostile."""
 
     reader: str = BY_MESHIO  # function of a path, as ``module.name`` within this folder, loaded when it is used
-    check: Callable[[Path], None] | None = None  # of a file before it is read, that it is not hostile
+    self_contained: bool = False  # whether the reader opens no other file, so that untrusted cases may name such files
+    check: Callable[[Path], None] | None = containment.check_content  # before a file is read; None if the reader does
     beside: Callable[[Path], Iterable[Path]] | None = None  # files to which one refers
     has_tensors: bool = False  # whether the format has a kind of data for tensors
-
-    @property
-    def is_alone(self) -> bool:
-        """Whether its reader opens no further files, as far as is known: meshio's are not known."""
-        return self.reader != BY_MESHIO and self.check is None and self.beside is None
+    data_ending: str | None = None  # of the file beside, with the same name, that has the data of a mesh
 
 
+XDMF = SourceFormat("xdmf.read_xdmf", check=containment.check_xdmf, beside=containment.files_of_xdmf)
 HDF = SourceFormat(check=containment.check_hdf)
-XDMF = SourceFormat("xdmf.read_xdmf", containment.check_xdmf, containment.files_of_xdmf)
-MEDIT = companions.same_name(".sol", ".mesh", ".meshb")
-TRIANGLE = SourceFormat("triangle.read_pair", containment.check_pair, companions.same_name(".node", ".ele"))
+GRID = SourceFormat("coasts.read_grid", self_contained=True)
+SOLUTION = companions.same_name(".sol", ".mesh", ".meshb")
+PAIR = companions.same_name(".node", ".ele")
+TRIANGLE = SourceFormat("triangle.read_pair", check=containment.all_readable(PAIR), beside=PAIR)
 
 # Formats with readers of our own have what meshio's lack: names of all kinds, notes on what is left out, errors with
 # places, and no more memory than their data take. Files with other endings are read by meshio.
 FORMATS: Mapping[str, SourceFormat] = {
-    ".msh": SourceFormat("gmsh.read_msh"),
-    ".pos": SourceFormat("pos.read_pos", has_tensors=True),
-    ".vtk": SourceFormat("vtk.read_vtk"),
-    ".vtu": SourceFormat("vtu.read_vtu"),
-    ".frd": SourceFormat("frd.read_frd"),
-    ".su2": SourceFormat("su2.read_su2"),
-    ".14": SourceFormat("coasts.read_grid"),
-    ".grd": SourceFormat("coasts.read_grid"),
-    ".gr3": SourceFormat("coasts.read_grid"),
-    ".2dm": SourceFormat("coasts.read_sms"),
-    ".nc": SourceFormat("ugrid.read_ugrid"),
-    ".inp": SourceFormat("abaqus.read_inp", containment.check_include),
+    ".msh": SourceFormat("gmsh.read_msh", self_contained=True),
+    ".pos": SourceFormat("pos.read_pos", self_contained=True, has_tensors=True),
+    ".vtk": SourceFormat("vtk.read_vtk", self_contained=True),
+    ".vtu": SourceFormat("vtu.read_vtu", self_contained=True),
+    ".frd": SourceFormat("frd.read_frd", self_contained=True),
+    ".su2": SourceFormat("su2.read_su2", self_contained=True),
+    ".14": GRID,
+    ".grd": GRID,
+    ".gr3": GRID,
+    ".2dm": SourceFormat("coasts.read_sms", self_contained=True),
+    ".nc": SourceFormat("ugrid.read_ugrid", self_contained=True, check=None),  # checks as it reads
+    ".inp": SourceFormat("abaqus.read_inp", check=containment.check_include),
     ".slf": SourceFormat("serafin.read_serafin", beside=companions.same_name(".cli")),
-    ".mesh": SourceFormat("medit.read_medit", beside=MEDIT, has_tensors=True),
-    ".meshb": SourceFormat(beside=MEDIT, has_tensors=True),
-    ".sol": SourceFormat("medit.read_solution", beside=MEDIT, has_tensors=True),
+    ".mesh": SourceFormat("medit.read_medit", beside=SOLUTION, has_tensors=True, data_ending=".sol"),
+    ".meshb": SourceFormat(beside=SOLUTION, has_tensors=True, data_ending=".sol"),
+    ".sol": SourceFormat("medit.read_solution", beside=SOLUTION, has_tensors=True),
     ".node": TRIANGLE,
     ".ele": TRIANGLE,
     ".pvtu": SourceFormat("vtk_lists.read_pvtu", beside=companions.pieces),
@@ -62,11 +61,11 @@ FORMATS: Mapping[str, SourceFormat] = {
     ".h5m": HDF,
     ".hmf": HDF,
     ".cgns": HDF,
-    ".xml": SourceFormat(check=containment.check_functions, beside=companions.functions),
+    ".xml": SourceFormat(check=containment.all_readable(companions.functions), beside=companions.functions),
     ".gz": SourceFormat(check=containment.check_gzip),
 }
 UNKNOWN = SourceFormat()
-SELF_CONTAINED = tuple(ending for ending, known in FORMATS.items() if known.is_alone)
+SELF_CONTAINED = tuple(ending for ending, known in FORMATS.items() if known.self_contained)
 # Endings of files that users may mistake for meshes, with advice on the right file.
 NO_MESHES: Mapping[str, str] = {
     ".h5": "holds the numbers of an XDMF file: give the .xdmf file beside it",
