@@ -6,6 +6,7 @@ import numpy as np
 from squares import fields_of, holed_square
 
 from bubblemesh.meshfiles.groups import group_names
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 
 ODD = ("on", "no", "äußere Wand", "1, 2", "a'b & <c>")
@@ -34,7 +35,7 @@ def sandwich(labels=("bottom", "right", "top", "left", "hole"), regions=("steel"
 def written(mesh, folder, form):
     """Write a mesh in one format, and return the path of its main file."""
     corners = dataclasses.replace(mesh, triangles=mesh.triangles[:, :3], facets=mesh.facets[:, :2])
-    files = write_files(mesh, fields_of(corners), {}, folder, "plate", [form])["files"]
+    files = write_files(mesh, fields_of(corners), {}, MeshFiles(folder, "plate", [form]))["files"]
     return folder / files[0]
 
 

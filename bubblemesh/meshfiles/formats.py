@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from bubblemesh.errors import CaseError
 from bubblemesh.messages import unknown
@@ -17,6 +17,13 @@ if TYPE_CHECKING:
 BOTH = (1, 2)
 PIECE, MOST_PIECES = "_{}.vtu", 10_000
 XDMF_FILES = (".xdmf", ".h5", "_facets.xdmf", "_facets.h5")
+
+
+class Beside(NamedTuple):
+    """A file of text that some meshes need beside those of a format."""
+
+    end: str  # of its name
+    text: str  # function of a mesh that returns the text, or None if the mesh does not need it
 
 
 @record
@@ -35,13 +42,15 @@ class Format:
         Returns the names of a mesh's groups as the files spell them; None if the files have ids only.
     alone
         Writes one file that needs no other; by default the ``writer``.
+    beside
+        A further file, which not all meshes need.
     """
 
     files: tuple[str, ...]  # ends of the files' names, the main one first, without the pieces of a partition
     writer: str
     speller: str | None
     orders: tuple[int, ...] = (1,)  # of the triangles that it can hold
-    points: bool = True  # whether it holds labelled points
+    points: bool = False  # whether it holds labelled points
     periodic: bool = False  # whether it holds the matching nodes of periodic sides
     partition: bool = False  # whether it holds the parts of triangles or nodes
     quads: bool = False  # whether it holds quadrilaterals; else their halves are written
@@ -49,6 +58,7 @@ class Format:
     piece: str | None = None  # end of the name of each part's file, with {} for its number
     alone: str | None = None
     slices: str | None = None
+    beside: Beside | None = None
     solvers: tuple[str, ...] = ()  # that get it; docs/solvers.md says why
 
     def ends(self, parts: int) -> tuple[str, ...]:
@@ -61,6 +71,11 @@ class Format:
         if parts > MOST_PIECES:
             raise CaseError(f"{self.files[0]} has a file for each part, {MOST_PIECES:,} at most: ask for fewer parts")
         return (*self.files, *map(self.piece.format, range(parts)))
+
+    def text_beside(self, mesh: "Mesh") -> dict[str, str]:
+        """Text of the file that a mesh needs beside those of the writer, by the end of its name, if it needs one."""
+        text = None if self.beside is None else _loaded(self.beside.text)(mesh)
+        return {} if self.beside is None or text is None else {self.beside.end: text}
 
     def load(self) -> None:
         """Load the writer now; by default it is loaded when it is used."""
@@ -94,124 +109,116 @@ FORMATS: Mapping[str, Format] = {
         "write.gmsh.write_msh",
         _AS_THEY_ARE,
         BOTH,
+        points=True,
         periodic=True,
         partition=True,
-        solvers=_FOR_MSH,
         quads=True,
+        solvers=_FOR_MSH,
     ),
-    "vtu": Format((".vtu",), "write.viewers.write_vtu", None, BOTH, points=False, partition=True, quads=True),
-    "vtk": Format((".vtk",), "write.viewers.write_vtk", None, BOTH, points=False, partition=True, quads=True),
+    "vtu": Format((".vtu",), "write.viewers.write_vtu", None, BOTH, partition=True, quads=True),
+    "vtk": Format((".vtk",), "write.viewers.write_vtk", None, BOTH, partition=True, quads=True),
     "xdmf": Format(
         XDMF_FILES,
         "write.xdmf.write_xdmf",
         None,
         BOTH,
-        points=False,
         partition=True,
+        quads=True,
         alone="write.xdmf.write_inline_xdmf",
         slices="write.xdmf.write_sliced_xdmf",
         solvers=("fenicsx",),
-        quads=True,
     ),
     "pvtu": Format(
         (".pvtu",),
         "write.pieces.write_pvtu",
         None,
         BOTH,
-        points=False,
         partition=True,
+        quads=True,
         piece=PIECE,
         alone="write.viewers.write_vtu",
         slices="write.pieces.write_sliced_pvtu",
-        quads=True,
     ),
     "msh-ascii": Format(
         (".msh",),
         "write.gmsh.write_msh_ascii",
         _AS_THEY_ARE,
         BOTH,
+        points=True,
         periodic=True,
         partition=True,
-        solvers=("moose", "elmer"),
         quads=True,
+        solvers=("moose", "elmer"),
     ),
     "msh4": Format(
         (".msh",),
         "write.msh4.write_msh4",
         _AS_THEY_ARE,
         BOTH,
+        points=True,
         periodic=True,
         partition=True,
-        slices="write.sliced_msh4.write_sliced_msh4",
         quads=True,
+        slices="write.sliced_msh4.write_sliced_msh4",
     ),
-    "mesh": Format((".mesh",), "write.fem.write_medit", None, solvers=("freefem",), quads=True),
-    "pos": Format((".pos",), "write.pos.write_pos", None, points=False, sizes=True),
+    "mesh": Format(
+        (".mesh",),
+        "write.fem.write_medit",
+        None,
+        points=True,
+        quads=True,
+        beside=Beside(".sol", "write.fem.medit_metric"),
+        solvers=("freefem",),
+    ),
+    "pos": Format((".pos",), "write.pos.write_pos", None, sizes=True),
     "inp": Format(
         (".inp",),
         "write.fem.write_plane_stress",
         "write.fem.set_names",
         BOTH,
+        points=True,
+        quads=True,
         solvers=("calculix", "abaqus"),
-        quads=True,
     ),
-    "inp-strain": Format((".inp",), "write.fem.write_plane_strain", "write.fem.set_names", BOTH, quads=True),
-    "su2": Format(
-        (".su2",), "write.flow.write_su2", "write.flow.marker_names", points=False, solvers=("su2",), quads=True
+    "inp-strain": Format(
+        (".inp",), "write.fem.write_plane_strain", "write.fem.set_names", BOTH, points=True, quads=True
     ),
-    "med": Format((".med",), "write.fem.write_med", "groups.plain_words", BOTH, solvers=("code-aster",), quads=True),
-    "dat": Format((".dat",), "write.viewers.write_tecplot", None, points=False, partition=True, quads=True),
+    "su2": Format((".su2",), "write.flow.write_su2", "write.flow.marker_names", quads=True, solvers=("su2",)),
+    "med": Format(
+        (".med",), "write.fem.write_med", "groups.plain_words", BOTH, points=True, quads=True, solvers=("code-aster",)
+    ),
+    "dat": Format((".dat",), "write.viewers.write_tecplot", None, partition=True, quads=True),
     "openfoam": Format(
-        (".msh",),
-        "write.flow.write_openfoam",
-        "write.flow.patch_names",
-        points=False,
-        solvers=("openfoam",),
-        quads=True,
+        (".msh",), "write.flow.write_openfoam", "write.flow.patch_names", quads=True, solvers=("openfoam",)
     ),
     "nodes.csv": Format(
-        (".nodes.csv",), "write.nodes.write_csv", _AS_THEY_ARE, partition=True, slices="write.nodes.write_sliced_csv"
+        (".nodes.csv",),
+        "write.nodes.write_csv",
+        _AS_THEY_ARE,
+        points=True,
+        partition=True,
+        slices="write.nodes.write_sliced_csv",
     ),
     "nodes.npz": Format(
         (".nodes.npz",),
         "write.nodes.write_npz",
         _AS_THEY_ARE,
+        points=True,
         periodic=True,
         partition=True,
         slices="write.nodes.write_sliced_npz",
     ),
-    "skfem": Format(
-        (".vtu",), "write.python.write_skfem", "write.python.skfem_names", BOTH, points=False, solvers=("scikit-fem",)
+    "skfem": Format((".vtu",), "write.python.write_skfem", "write.python.skfem_names", BOTH, solvers=("scikit-fem",)),
+    "ngsolve": Format(
+        (".msh",), "write.gmsh.write_words", "groups.plain_words", points=True, quads=True, solvers=("ngsolve",)
     ),
-    "ngsolve": Format((".msh",), "write.gmsh.write_words", "groups.plain_words", quads=True, solvers=("ngsolve",)),
-    "dealii": Format((".msh",), "write.gmsh.write_boundary", _AS_THEY_ARE, points=False, solvers=("dealii",)),
-    "fort.14": Format(
-        (".14",),
-        "write.coasts.write_adcirc",
-        "write.coasts.edge_labels",
-        points=False,
-        solvers=("adcirc",),
-    ),
-    "gr3": Format(
-        (".gr3",),
-        "write.coasts.write_schism",
-        "write.coasts.edge_labels",
-        points=False,
-        solvers=("schism",),
-        quads=True,
-    ),
-    "2dm": Format((".2dm",), "write.coasts.write_sms", None, points=False, quads=True),
-    "slf": Format(
-        (".slf", ".cli"),
-        "write.telemac.write_telemac",
-        "write.coasts.edge_labels",
-        points=False,
-        solvers=("telemac",),
-    ),
-    "ugrid": Format(
-        (".nc",), "write.ugrid.write_ugrid", "write.ugrid.words", points=False, solvers=("delft3d",), quads=True
-    ),
-    "sfepy": Format((".vtk",), "write.python.write_sfepy", None, solvers=("sfepy",)),
+    "dealii": Format((".msh",), "write.gmsh.write_boundary", _AS_THEY_ARE, solvers=("dealii",)),
+    "fort.14": Format((".14",), "write.coasts.write_adcirc", "write.coasts.edge_labels", solvers=("adcirc",)),
+    "gr3": Format((".gr3",), "write.coasts.write_schism", "write.coasts.edge_labels", quads=True, solvers=("schism",)),
+    "2dm": Format((".2dm",), "write.coasts.write_sms", None, quads=True),
+    "slf": Format((".slf", ".cli"), "write.telemac.write_telemac", "write.coasts.edge_labels", solvers=("telemac",)),
+    "ugrid": Format((".nc",), "write.ugrid.write_ugrid", "write.ugrid.words", quads=True, solvers=("delft3d",)),
+    "sfepy": Format((".vtk",), "write.python.write_sfepy", None, points=True, solvers=("sfepy",)),
 }
 FORMATS_FOR: Mapping[str, tuple[str, ...]] = {
     solver: tuple(name for name, form in FORMATS.items() if solver in form.solvers)
@@ -236,18 +243,6 @@ def format_named(name: str) -> Format:
 def formats_for(solvers: Iterable[str]) -> tuple[str, ...]:
     """Formats of all of the solvers, each once; KeyError if a solver is unknown."""
     return tuple(dict.fromkeys(name for solver in solvers for name in FORMATS_FOR[solver]))
-
-
-def stems(name: str, formats: Iterable[str]) -> list[tuple[str, str]]:
-    """Each format with the stem of its files: the name; with that of the format if another one has its ending.
-
-    Of several with one ending the first in the table has the plain name, in whatever order they come: the general one.
-    """
-    formats = list(formats)
-    plain: dict[str, str] = {}
-    for form in sorted(formats, key=[*FORMATS].index):
-        plain.setdefault(FORMATS[form].files[0], form)
-    return [(form, name if plain[FORMATS[form].files[0]] == form else f"{name}.{form}") for form in formats]
 
 
 def whole_only(formats: Iterable[str]) -> list[str]:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from functools import cached_property, partial
-from pathlib import Path
 from typing import Any, BinaryIO
 
 from bubblemesh.meshes.mesh import Mesh
@@ -15,15 +14,14 @@ from bubblemesh.meshfiles.formats import (
     without_partition,
 )
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.text import HISTORY_FILES, history_tables
 from bubblemesh.meshfiles.transaction import require_writable
 from bubblemesh.meshfiles.writing import (
-    MEDIT,
-    METRIC_FILE,
     NO_TABLES,
     PAGE_FILE,
+    REPORT_FILE,
     Page,
-    file_names,
     write_files,
     write_stream,
 )
@@ -37,24 +35,19 @@ SAMPLE = 20_000  # triangles on the page of a mesh in slices
 
 
 @record
-class Destination:
-    """Folder, names and kinds of the files to write."""
+class Destination(MeshFiles):
+    """Folder, names and kinds of the files to write of a run."""
 
-    folder: Path
-    name: str  # stem of the files' names
-    formats: tuple[FormatName, ...]
-    history: bool  # whether tables of all rounds and steps are written too
+    history: bool = False  # whether tables of all rounds and steps are written too
     page: bool = False  # whether a page to look at is written too
-    lasting: bool = True  # whether the files outlast a power cut
     parts: int = 1  # of the mesh, at most
-    ending: str | None = None  # of a single mesh file, as the user spells it
 
     @cached_property
     def names(self) -> list[str]:
         """Names of all files that may be written into the folder."""
         tables = [LABELS_FILE, *(HISTORY_FILES if self.history else ()), *([PAGE_FILE] if self.page else ())]
-        tables += [METRIC_FILE] if MEDIT in self.formats else []
-        return file_names(self.name, self.formats, tables, self.parts, self.ending)
+        beside = [form.beside.end for form, _ in self.stems if form.beside is not None]
+        return self.file_names(self.parts, [*tables, *beside, REPORT_FILE])
 
     def require_writable(self) -> None:
         """Check that the files can be written, before the work; else it is a FileError."""
@@ -84,8 +77,7 @@ class Destination:
     ) -> dict[str, Any]:
         """Write a mesh and a report of it, as `deliver` those of a run; see `write_files`."""
         told = _with_formats_told(report, mesh, self.formats)
-        where = self.folder, self.name, self.formats
-        return write_files(mesh, fields, told, *where, tables, page, ending=self.ending, lasting=self.lasting)
+        return write_files(mesh, fields, told, self, tables, page)
 
 
 @record

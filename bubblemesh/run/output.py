@@ -153,7 +153,7 @@ def destination_beside(
     require_order(formats, keys.order)
     page = keys.report if options.page is None else options.page
     parts = keys.partition or (1 if whole_only(formats) else slices)
-    place = Destination(folder, name, formats, options.history, page, parts=parts, ending=ending)
+    place = Destination(folder, name, formats, ending, history=options.history, page=page, parts=parts)
     names = place.names
     for path in inputs:
         own, file = split(realpath(path))  # a link that has the name of a file to write is replaced by it

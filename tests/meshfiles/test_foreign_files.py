@@ -11,6 +11,7 @@ import pytest
 import skfem
 from squares import fields_of, holed_square
 
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files, write_stream
 
 FORMATS = ("msh", "vtu", "vtk", "xdmf")
@@ -34,7 +35,7 @@ def fields(mesh):
 @pytest.fixture(scope="module")
 def folder(mesh, fields, tmp_path_factory):
     folder = tmp_path_factory.mktemp("files")
-    write_files(mesh, fields, {}, folder, "plate", list(FORMATS))
+    write_files(mesh, fields, {}, MeshFiles(folder, "plate", list(FORMATS)))
     return folder
 
 
@@ -214,6 +215,6 @@ def test_small_and_large_coordinates_survive_in_every_format(tmp_path):
     for scale in (1e-12, 1e15):
         square = holed_square()
         square = dataclasses.replace(square, points=square.points * scale)
-        write_files(square, fields_of(square), {}, tmp_path / str(scale), "plate", list(FORMATS))
+        write_files(square, fields_of(square), {}, MeshFiles(tmp_path / str(scale), "plate", list(FORMATS)))
         for ending in FORMATS:
             assert_same_points(meshio.read(tmp_path / str(scale) / f"plate.{ending}").points, square)

@@ -15,6 +15,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, Solver
 from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, plain_words, region_ids
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_file, write_files
 
 
@@ -87,7 +88,7 @@ def test_plain_words_are_words_and_differ():
 
 @pytest.mark.parametrize("form", FORMATS)
 def test_without_points_the_sidecar_is_there_for_ids_only(tmp_path, form):
-    files = write_files(holed_square(), {}, {}, tmp_path, "plate", [form])["files"]
+    files = write_files(holed_square(), {}, {}, MeshFiles(tmp_path, "plate", [form]))["files"]
     assert ("plate.labels.json" in files) == (
         form in {"vtu", "vtk", "pvtu", "xdmf", "mesh", "dat", "sfepy", "2dm", "pos"}
     )

@@ -8,6 +8,7 @@ from squares import holed_square
 
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 
 SPELLED = "su2", "med", "fort.14", "gr3", "slf", "ugrid", "openfoam"
@@ -29,7 +30,7 @@ def places(mesh):
 def test_labels_are_those_that_were_written(form, others, tmp_path):
     mesh = holed_square(labels=LABELS)
     formats = list(dict.fromkeys([form, *others]))
-    write_files(mesh, {}, {}, tmp_path, "plate", formats)
+    write_files(mesh, {}, {}, MeshFiles(tmp_path, "plate", formats))
     name = f"plate{FORMATS[form].files[0]}"  # no two of them have the same ending
     assert places(Mesh.read(tmp_path / name)) == places(mesh)
 
@@ -37,7 +38,7 @@ def test_labels_are_those_that_were_written(form, others, tmp_path):
 @pytest.mark.parametrize("labels", [("front", "back", "c", "d", "e"), ("front", "front_1", "back_1", "back", "e")])
 def test_labels_with_names_of_openfoam_s_own_patches(labels, tmp_path):
     mesh = holed_square(labels=labels)
-    write_files(mesh, {}, {}, tmp_path, "plate", ["openfoam"])
+    write_files(mesh, {}, {}, MeshFiles(tmp_path, "plate", ["openfoam"]))
     assert places(Mesh.read(tmp_path / "plate.msh")) == places(mesh)
 
 

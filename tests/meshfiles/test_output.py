@@ -17,6 +17,7 @@ from squares import fields_of, holed_square
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.text import json_ready, json_text
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.meshfiles.writing import write_file, write_files, write_stream
@@ -98,7 +99,7 @@ def test_many_names_are_each_looked_up_a_few_times():
 def test_a_label_that_no_file_can_hold_is_refused(tmp_path, label, ending):
     bad = holed_square(labels=("a", "b", "c", "d", label))
     with pytest.raises(CaseError, match="label"):
-        write_files(bad, fields_of(bad), {}, tmp_path / "new", "plate", [ending])
+        write_files(bad, fields_of(bad), {}, MeshFiles(tmp_path / "new", "plate", [ending]))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -107,7 +108,7 @@ def test_a_label_that_no_file_can_hold_is_refused(tmp_path, label, ending):
 
 def test_all_files_of_a_run_appear_and_the_report_lists_them(mesh, fields, tmp_path, capfd):
     folder = tmp_path / "deep" / "down"
-    files = write_files(mesh, fields, {"nodes": np.int64(7), "files": []}, folder, "plate", ALL)["files"]
+    files = write_files(mesh, fields, {"nodes": np.int64(7), "files": []}, MeshFiles(folder, "plate", ALL))["files"]
     assert files == ALL_FILES
     assert sorted(contents(folder)) == sorted(files)
     report = json.loads((folder / "plate.report.json").read_text())
@@ -122,19 +123,19 @@ def test_line_ends_are_the_same_on_every_system(mesh, fields, tmp_path, monkeypa
         assert newline == "\n", path
 
     monkeypatch.setattr(Path, "write_text", only_with_a_line_end)
-    write_files(mesh, fields, {}, tmp_path, "plate", ["msh"], {".rounds.csv": "a\n"}, lambda report: "<p>\n")
+    write_files(mesh, fields, {}, MeshFiles(tmp_path, "plate", ["msh"]), {".rounds.csv": "a\n"}, lambda report: "<p>\n")
     assert (tmp_path / "plate.rounds.csv").read_bytes() == b"a\n"
 
 
 def test_the_same_mesh_gives_the_same_bytes(mesh, fields, tmp_path):
     for folder in ("a", "b"):
-        write_files(mesh, fields, {}, tmp_path / folder, "plate", ALL)
+        write_files(mesh, fields, {}, MeshFiles(tmp_path / folder, "plate", ALL))
     assert meshes(tmp_path / "a") == meshes(tmp_path / "b")
 
 
 def test_the_callers_report_and_fields_stay_as_they_are(mesh, fields, tmp_path):
     report, before = {"a": 1}, {name: values.copy() for name, values in fields.items()}
-    write_files(mesh, fields, report, tmp_path, "plate", ALL)
+    write_files(mesh, fields, report, MeshFiles(tmp_path, "plate", ALL))
     assert report == {"a": 1}
     assert list(before) == list(fields)
     for name in before:
@@ -142,7 +143,7 @@ def test_the_callers_report_and_fields_stay_as_they_are(mesh, fields, tmp_path):
 
 
 def test_a_dot_in_the_name_is_part_of_it(mesh, fields, tmp_path):
-    files = write_files(mesh, fields, {}, tmp_path, "plate.v2", ["xdmf"])["files"]
+    files = write_files(mesh, fields, {}, MeshFiles(tmp_path, "plate.v2", ["xdmf"]))["files"]
     assert files == [
         "plate.v2.xdmf",
         "plate.v2.h5",
@@ -164,7 +165,7 @@ def test_one_file_by_its_ending(mesh, fields, tmp_path, ending):
 
 def test_write_file_and_write_files_agree(mesh, fields, tmp_path):
     write_file(mesh, fields, {}, tmp_path / "a" / "plate.msh")
-    write_files(mesh, fields, {}, tmp_path / "b", "plate", ["msh"])
+    write_files(mesh, fields, {}, MeshFiles(tmp_path / "b", "plate", ["msh"]))
     assert meshes(tmp_path / "a") == meshes(tmp_path / "b")
 
 
@@ -190,7 +191,7 @@ def test_endings_may_be_in_capital_letters(mesh, fields, tmp_path):
 
 def test_an_unknown_format_names_the_known_ones(mesh, fields, tmp_path):
     with pytest.raises(CaseError, match="msh, vtu, vtk, xdmf"):
-        write_files(mesh, fields, {}, tmp_path, "plate", ["msh", "stl"])
+        write_files(mesh, fields, {}, MeshFiles(tmp_path, "plate", ["msh", "stl"]))
     with pytest.raises(CaseError, match="msh, vtu, vtk, xdmf"):
         write_stream(mesh, fields, "stl", io.BytesIO())
     assert list(tmp_path.iterdir()) == []
@@ -198,7 +199,7 @@ def test_an_unknown_format_names_the_known_ones(mesh, fields, tmp_path):
 
 def test_the_same_output_twice_is_refused(mesh, fields, tmp_path):
     with pytest.raises(FileError, match=r"plate\.vtu.*more than one") as caught:
-        write_files(mesh, fields, {}, tmp_path, "plate", ["vtu", "msh", "vtu"])
+        write_files(mesh, fields, {}, MeshFiles(tmp_path, "plate", ["vtu", "msh", "vtu"]))
     assert caught.value.exit_code == 5
     assert list(tmp_path.iterdir()) == []
 
@@ -206,25 +207,25 @@ def test_the_same_output_twice_is_refused(mesh, fields, tmp_path):
 @pytest.mark.parametrize("name", ["", ".", "..", "a/b", "../a", "/etc/a", "a\\b", "a\0b", "a\nb"])
 def test_a_name_with_a_path_in_it_is_refused(mesh, fields, tmp_path, name):
     with pytest.raises(CaseError, match="name"):
-        write_files(mesh, fields, {}, tmp_path / "new", name, ["msh"])
+        write_files(mesh, fields, {}, MeshFiles(tmp_path / "new", name, ["msh"]))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_name_may_have_as_many_bytes_as_its_longest_ending_leaves(mesh, fields, tmp_path):
     name = "é" * 121  # and 12 bytes of .report.json
-    write_files(mesh, fields, {}, tmp_path, name, ["vtu"])
+    write_files(mesh, fields, {}, MeshFiles(tmp_path, name, ["vtu"]))
     (written,) = mesh.write(tmp_path / f"{name}éééé.msh")
     assert len(Mesh.read(tmp_path / written).triangles) == len(mesh.triangles)  # though no file of labels can be there
     with pytest.raises(CaseError, match=r"is too long a name: with \.report\.json it has 256 bytes"):
-        write_files(mesh, fields, {}, tmp_path, f"{name}aa", ["msh"])
+        write_files(mesh, fields, {}, MeshFiles(tmp_path, f"{name}aa", ["msh"]))
     with pytest.raises(CaseError, match=r"with \.msh it has 256 bytes"):
         mesh.write(tmp_path / f"{'é' * 126}.msh")
 
 
 def test_a_colon_is_refused_for_xdmf_only(mesh, fields, tmp_path):
-    write_files(mesh, fields, {}, tmp_path / "a", "t=1:5", ["msh"])
+    write_files(mesh, fields, {}, MeshFiles(tmp_path / "a", "t=1:5", ["msh"]))
     with pytest.raises(CaseError, match="colon"):
-        write_files(mesh, fields, {}, tmp_path / "b", "t=1:5", ["xdmf"])
+        write_files(mesh, fields, {}, MeshFiles(tmp_path / "b", "t=1:5", ["xdmf"]))
 
 
 # All or nothing
@@ -255,7 +256,7 @@ def test_a_failure_midway_leaves_the_old_files(mesh, fields, tmp_path, monkeypat
 
     monkeypatch.setattr("bubblemesh.meshfiles.write.viewers.write_vtk", fail)
     with pytest.raises(failure):
-        write_files(mesh, fields, {}, tmp_path, "plate", ["msh", "vtu", "vtk"])
+        write_files(mesh, fields, {}, MeshFiles(tmp_path, "plate", ["msh", "vtu", "vtk"]))
     assert contents(tmp_path) == before
 
 
@@ -319,7 +320,7 @@ def test_a_parent_that_is_a_file(mesh, fields, tmp_path):
     (tmp_path / "file").write_text("old")
     for folder in (tmp_path / "file", tmp_path / "file" / "sub"):
         with pytest.raises(FileError, match=r"file.*(not a folder|Not a directory)"):
-            write_files(mesh, fields, {}, folder, "plate", ["msh"])
+            write_files(mesh, fields, {}, MeshFiles(folder, "plate", ["msh"]))
     assert contents(tmp_path) == {"file": b"old"}
 
 
@@ -327,7 +328,7 @@ def test_a_target_that_is_a_folder(mesh, fields, tmp_path):
     (tmp_path / "plate.report.json").mkdir()
     (tmp_path / "plate.msh").write_text("old")
     with pytest.raises(FileError, match=r"plate\.report\.json"):
-        write_files(mesh, fields, {}, tmp_path, "plate", ["msh"])
+        write_files(mesh, fields, {}, MeshFiles(tmp_path, "plate", ["msh"]))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plate.msh", "plate.report.json"]
     assert (tmp_path / "plate.msh").read_text() == "old"
 
@@ -345,7 +346,7 @@ def test_a_folder_that_cannot_be_written_is_named(mesh, fields, tmp_path, monkey
 
     monkeypatch.setattr(Path, "mkdir", refuse)
     with pytest.raises(FileError, match=r"new: Permission denied"):
-        write_files(mesh, fields, {}, tmp_path / "new", "plate", ["msh"])
+        write_files(mesh, fields, {}, MeshFiles(tmp_path / "new", "plate", ["msh"]))
 
 
 def test_a_folder_without_room_for_staging_is_named(mesh, fields, tmp_path, monkeypatch):
@@ -354,7 +355,7 @@ def test_a_folder_without_room_for_staging_is_named(mesh, fields, tmp_path, monk
 
     monkeypatch.setattr(os, "mkdir", refuse)
     with pytest.raises(FileError) as caught:
-        write_files(mesh, fields, {}, tmp_path, "plate", ["msh"])
+        write_files(mesh, fields, {}, MeshFiles(tmp_path, "plate", ["msh"]))
     assert str(caught.value) == f"cannot write {tmp_path}: Read-only file system"
 
 
@@ -372,6 +373,7 @@ sys.path[:0] = sys.argv[1], str(Path(sys.argv[1]).parent)
 from format_names import ALL
 from squares import fields_of, holed_square
 from bubblemesh.errors import FileError
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 import h5py, meshio
 
@@ -380,7 +382,7 @@ fields = fields_of(mesh)
 resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
 for ending in ALL:
     try:
-        write_files(mesh, fields, {}, folder, "plate", [ending])
+        write_files(mesh, fields, {}, MeshFiles(folder, "plate", [ending]))
     except FileError as error:
         print(error)
 """

@@ -13,6 +13,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import format_named
 from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, plain_words, region_ids
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run.pipeline import mesh_case
@@ -111,7 +112,7 @@ def folder(mesh, tmp_path_factory):
     """Files of the mesh in many formats, with the ids beside them."""
     folder = tmp_path_factory.mktemp("ids")
     for form in FORMATS:
-        write_files(mesh, {}, {}, folder / form, "a", [form])
+        write_files(mesh, {}, {}, MeshFiles(folder / form, "a", [form]))
     return folder
 
 
@@ -177,7 +178,7 @@ def test_the_points_of_gmsh_at_ends_of_periodic_sides_have_an_id_that_is_free(fo
 
 
 def test_formats_that_know_groups_by_names_need_no_ids(mesh, tmp_path):
-    write_files(mesh, {}, {}, tmp_path, "a", ["openfoam"])
+    write_files(mesh, {}, {}, MeshFiles(tmp_path, "a", ["openfoam"]))
     groups = meshio.read(tmp_path / "a.msh").field_data
     numbers = [int(number) for number, _ in groups.values()]
     assert len(groups) == len(set(numbers)) == 11

@@ -20,6 +20,7 @@ from bubblemesh.api import Mesh
 from bubblemesh.errors import FileError
 from bubblemesh.meshfiles.formats import FORMATS, without_partition
 from bubblemesh.meshfiles.groups import facet_ids, group_names, region_ids
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_alone, write_files
 
@@ -195,7 +196,7 @@ def test_tables_of_nodes_have_their_owner(tmp_path):
 
 def test_all_pieces_are_named_by_what_writes_them(tmp_path):
     assert write_alone(made(), {}, tmp_path / "a.pvtu") == ["a.pvtu", *(f"a_{part}.vtu" for part in range(PARTS))]
-    files = write_files(made(), {}, {}, tmp_path / "b", "plate", ["pvtu", "vtu"])["files"]
+    files = write_files(made(), {}, {}, MeshFiles(tmp_path / "b", "plate", ["pvtu", "vtu"]))["files"]
     assert sorted(files) == sorted(path.name for path in (tmp_path / "b").iterdir())
     assert "plate_4.vtu" in files
 

@@ -11,6 +11,7 @@ from partitions import mesh_of
 from bubblemesh.errors import BubblemeshError, FileError
 from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.whole_mesh import whole_mesh
 from bubblemesh.meshfiles.writing import write_files
 
@@ -88,7 +89,7 @@ def test_a_side_that_does_not_match_is_an_error_of_the_program():
 
 @pytest.mark.parametrize("form", ["msh", "msh-ascii"])
 def test_gmsh_reads_the_pairs(gmsh, cell, tmp_path, form):
-    write_files(cell, {}, {}, tmp_path, "cell", [form])
+    write_files(cell, {}, {}, MeshFiles(tmp_path, "cell", [form]))
     gmsh.option.setNumber("Mesh.IgnorePeriodicity", 0)
     try:
         gmsh.open(str(tmp_path / "cell.msh"))
@@ -130,7 +131,7 @@ spacing: 0.3
 
 def open_in_place(gmsh, mesh, folder, form, ignored):
     """Write a mesh and let Gmsh open it; its nodes have to stay where they are."""
-    write_files(mesh, {}, {}, folder, "cell", [form])
+    write_files(mesh, {}, {}, MeshFiles(folder, "cell", [form]))
     gmsh.option.setNumber("Mesh.IgnorePeriodicity", ignored)
     try:
         gmsh.open(str(folder / "cell.msh"))
@@ -167,7 +168,7 @@ def test_gmsh_reads_how_sides_are_turned(gmsh, tmp_path, text, order, form, igno
 @pytest.mark.parametrize("text", [RING, WEDGE, QUARTER], ids=["ring", "with its tip", "two pairs"])
 def test_turned_sides_are_read_back(tmp_path, text, form):
     mesh = mesh_of(text)
-    write_files(mesh, {}, {}, tmp_path, "cell", [form])
+    write_files(mesh, {}, {}, MeshFiles(tmp_path, "cell", [form]))
     found, notes = whole_mesh(tmp_path / "cell.msh")
     assert notes == ()
     require_conforming(found)
@@ -183,13 +184,13 @@ def test_turned_sides_are_read_back(tmp_path, text, form):
 def test_files_of_few_digits_tell_turned_sides(tmp_path):
     mesh = mesh_of(RING)
     rounded = dataclasses.replace(mesh, points=np.round(mesh.points, 6))
-    write_files(rounded, {}, {}, tmp_path, "cell", ["msh-ascii"])
+    write_files(rounded, {}, {}, MeshFiles(tmp_path, "cell", ["msh-ascii"]))
     (sides,) = whole_mesh(tmp_path / "cell.msh")[0].periodic_sides
     assert sides.angle == pytest.approx(-60, abs=1e-4)
 
 
 def test_the_sidecar_has_angle_and_center_of_turned_sides(tmp_path):
-    write_files(mesh_of(RING), {}, {}, tmp_path, "cell", ["su2"])
+    write_files(mesh_of(RING), {}, {}, MeshFiles(tmp_path, "cell", ["su2"]))
     sidecar = json.loads((tmp_path / "cell.labels.json").read_text())
     found = {name: entry["periodic"] for name, entry in sidecar.items() if "periodic" in entry}
     for name, other, angle in (("right", "left", 60), ("left", "right", -60)):
@@ -239,7 +240,7 @@ def pairs_for_meshio(periodic):
 
 @pytest.mark.parametrize("form", ["msh", "msh-ascii"])
 def test_meshio_reads_the_pairs(cell, tmp_path, form):
-    write_files(cell, {}, {}, tmp_path, "cell", [form])
+    write_files(cell, {}, {}, MeshFiles(tmp_path, "cell", [form]))
     mesh = meshio.read(tmp_path / "cell.msh", file_format="gmsh")
     assert pairs_for_meshio(mesh.gmsh_periodic) == pairs_of(cell)
 
@@ -250,7 +251,7 @@ def test_meshio_is_handed_the_pairs(cell):
 
 def test_node_arrays_have_the_pairs(tmp_path):
     mesh = mesh_of(CELL)
-    write_files(mesh, {}, {}, tmp_path, "cell", ["nodes.npz"])
+    write_files(mesh, {}, {}, MeshFiles(tmp_path, "cell", ["nodes.npz"]))
     nodes = np.load(tmp_path / "cell.nodes.npz")
     pairs = {tuple(pair) for pair in nodes["periodic"].tolist()}
     assert pairs == {tuple(pair) for sides in mesh.periodic_sides for pair in sides.nodes.tolist()}
@@ -259,7 +260,7 @@ def test_node_arrays_have_the_pairs(tmp_path):
 @pytest.mark.long
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_sidecar_tells_the_counterparts_where_a_format_does_not(tmp_path, form):
-    write_files(mesh_of(CELL), {}, {}, tmp_path, "cell", [form])
+    write_files(mesh_of(CELL), {}, {}, MeshFiles(tmp_path, "cell", [form]))
     assert (tmp_path / "cell.labels.json").exists() == (form not in {"msh", "msh-ascii", "msh4", "nodes.npz"})
     if (tmp_path / "cell.labels.json").exists():
         sidecar = json.loads((tmp_path / "cell.labels.json").read_text())
@@ -278,7 +279,7 @@ def test_the_sidecar_tells_the_counterparts_where_a_format_does_not(tmp_path, fo
 def test_points_and_periodic_sides_are_read_back(tmp_path, form, order, parts):
     mesh = mesh_of(PAIRED.replace("PAIRS", OTHERS["two pairs"]).replace("POINTS", LABELLED))
     mesh = mesh if parts is None else mesh.partitioned(parts)
-    write_files(mesh if order == 1 else mesh.second_order()[0], {}, {}, tmp_path, "cell", [form])
+    write_files(mesh if order == 1 else mesh.second_order()[0], {}, {}, MeshFiles(tmp_path, "cell", [form]))
     found, notes = whole_mesh(tmp_path / "cell.msh")
     assert len(notes) == order - 1  # corners are read
     assert found.point_labels == ("origin", "middle")
@@ -297,7 +298,7 @@ def matching(mesh, sides):
 
 def test_periodic_sides_whose_nodes_match_the_wrong_way_round_are_told(tmp_path):
     mesh = mesh_of(PAIRED.replace("PAIRS", "").replace("POINTS", ""))
-    (name, *_) = write_files(mesh, {}, {}, tmp_path, "cell", ["msh-ascii"])["files"]
+    (name, *_) = write_files(mesh, {}, {}, MeshFiles(tmp_path, "cell", ["msh-ascii"]))["files"]
     text = (tmp_path / name).read_text()
     head, pairs = text.split("$Periodic\n")
     rows = [row.split() for row in pairs.splitlines()[4:-1]]
@@ -313,7 +314,7 @@ def test_periodic_sides_whose_nodes_match_the_wrong_way_round_are_told(tmp_path)
 @pytest.mark.parametrize(("row", "missing"), [("0 1", 0), ("1 9999", 9999)])
 def test_a_match_of_a_node_that_is_not_there_is_damage(tmp_path, row, missing):
     mesh = mesh_of(PAIRED.replace("PAIRS", "").replace("POINTS", ""))
-    (name, *_) = write_files(mesh, {}, {}, tmp_path, "cell", ["msh-ascii"])["files"]
+    (name, *_) = write_files(mesh, {}, {}, MeshFiles(tmp_path, "cell", ["msh-ascii"]))["files"]
     lines = (tmp_path / name).read_text().splitlines()
     lines[-2] = row
     (tmp_path / name).write_text("\n".join([*lines, ""]))
@@ -373,6 +374,6 @@ def test_turned_sides_that_gmsh_writes_are_read(gmsh, tmp_path, version):
 
 def test_groups_of_nodes_that_are_not_read_are_told(tmp_path):
     mesh = mesh_of(PAIRED.replace("PAIRS", "").replace("POINTS", LABELLED))
-    write_files(mesh, {}, {}, tmp_path, "cell", ["med", "inp"])
+    write_files(mesh, {}, {}, MeshFiles(tmp_path, "cell", ["med", "inp"]))
     assert whole_mesh(tmp_path / "cell.med")[1] == ("sets of nodes are left out: middle, origin",)
     assert whole_mesh(tmp_path / "cell.inp")[1] == ("sets of nodes are left out: middle, origin",)

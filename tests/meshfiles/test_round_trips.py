@@ -13,6 +13,7 @@ from squares import fields_of, holed_square
 
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, region_ids
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 
 ODD = (
@@ -81,7 +82,7 @@ def written(mesh, tmp_path):
     """Writes the mesh in a format, and gives the path of the main file and the words for the names."""
 
     def write(form):
-        files = write_files(mesh, fields_of(mesh), {}, tmp_path, "plate", [form])["files"]
+        files = write_files(mesh, fields_of(mesh), {}, MeshFiles(tmp_path, "plate", [form]))["files"]
         return tmp_path / files[0], FORMATS[form].names(mesh)
 
     return write
@@ -188,7 +189,7 @@ def test_vtk_reads_its_formats(tmp_path, form, order):
         pytest.skip("the Python package vtk is not installed, so that VTK's reading of the files is not tested")
     flat = with_groups(3, 2, 0)
     mesh = flat if order == 1 else flat.second_order()[0]
-    (name, *_) = write_files(mesh, fields_of(flat), {}, tmp_path, "plate", [form])["files"]
+    (name, *_) = write_files(mesh, fields_of(flat), {}, MeshFiles(tmp_path, "plate", [form]))["files"]
     found = json.loads(run([python, "-c", VTK, str(tmp_path / name)], tmp_path))
     np.testing.assert_array_equal(found.pop("points"), mesh.points)
     np.testing.assert_array_equal(np.reshape(found.pop("cells"), mesh.triangles.shape), mesh.triangles)
@@ -359,7 +360,7 @@ def test_scikit_fem_keeps_all_labels_and_regions(mesh, order, tmp_path, caplog):
 
 def form_of(mesh, folder, form):
     """Write a mesh in one format, and return the path of its main file."""
-    return folder / form / write_files(mesh, {}, {}, folder / form, "plate", [form])["files"][0]
+    return folder / form / write_files(mesh, {}, {}, MeshFiles(folder / form, "plate", [form]))["files"][0]
 
 
 def test_every_format_is_read_back_here_or_by_numpy():

@@ -11,6 +11,7 @@ from bubblemesh.errors import CaseError
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 
 
@@ -51,7 +52,7 @@ def test_second_order_survives(tmp_path, form):
 def test_formats_without_second_order_say_so(tmp_path, form):
     mesh, _ = sandwich().second_order()
     with pytest.raises(CaseError, match=rf"{form} has no form for triangles of order 2: choose among msh, vtu"):
-        write_files(mesh, {}, {}, tmp_path / "new", "plate", ["msh", form])
+        write_files(mesh, {}, {}, MeshFiles(tmp_path / "new", "plate", ["msh", form]))
     assert list(tmp_path.iterdir()) == []
 
 

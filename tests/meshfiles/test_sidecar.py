@@ -7,6 +7,7 @@ import pytest
 from sandwiches import ODD, sandwich
 
 from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 
 COASTS = ("fort.14", "gr3", "2dm", "slf", "ugrid")
@@ -14,7 +15,7 @@ COASTS = ("fort.14", "gr3", "2dm", "slf", "ugrid")
 
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_sidecar_is_there_where_a_format_needs_it(tmp_path, form):
-    files = write_files(sandwich(regions=("a", "b")), {}, {}, tmp_path, "plate", [form])["files"]
+    files = write_files(sandwich(regions=("a", "b")), {}, {}, MeshFiles(tmp_path, "plate", [form]))["files"]
     needed = form in {"vtu", "vtk", "pvtu", "xdmf", "mesh", "su2", "dat", "openfoam", "skfem", "dealii", "sfepy", "pos"}
     needed |= form in COASTS
     assert ("plate.labels.json" in files) == needed
@@ -32,6 +33,6 @@ def test_the_sidecar_is_there_where_a_format_needs_it(tmp_path, form):
 )
 def test_the_sidecar_spells_the_names_that_a_format_holds(tmp_path, form, dimensions):
     mesh = dataclasses.replace(sandwich(ODD, ("glass fibre", "b c")), point_labels=("a corner", "a probe"))
-    write_files(mesh, {}, {}, tmp_path, "plate", [form, "vtu"])
+    write_files(mesh, {}, {}, MeshFiles(tmp_path, "plate", [form, "vtu"]))
     sidecar = json.loads((tmp_path / "plate.labels.json").read_text())
     assert {entry["dimension"] for entry in sidecar.values() if "written" in entry} == dimensions

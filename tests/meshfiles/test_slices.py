@@ -17,6 +17,7 @@ from bubblemesh.meshes.division import GEOMETRY
 from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.groups import group_names, region_ids
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.parts.store import InFolder, Keeping
@@ -105,7 +106,7 @@ def both(made, request, tmp_path):
         mesh = replace(mesh, partition=None)
     folders = tmp_path / "sliced", tmp_path / "whole"
     files = [
-        write_files(each, data, {}, folder, "mesh", [form])["files"]
+        write_files(each, data, {}, MeshFiles(folder, "mesh", [form]))["files"]
         for each, data, folder in zip((sliced, mesh), ({}, fields), folders, strict=True)
     ]
     assert files[0] == files[1]
@@ -186,7 +187,7 @@ def test_data_sets_of_xdmf_are_the_same(both):
 def test_gmsh_knows_the_parts(made, gmsh, tmp_path):
     sliced = made("plate")
     mesh, _ = joined(sliced)
-    write_files(sliced, {}, {}, tmp_path, "mesh", ["msh4"])
+    write_files(sliced, {}, {}, MeshFiles(tmp_path, "mesh", ["msh4"]))
     gmsh.open(str(tmp_path / "mesh.msh"))
     assert gmsh.model.getNumberOfPartitions() == len(sliced.sizes)
     assert {gmsh.model.getPhysicalName(*g): g[::-1] for g in gmsh.model.getPhysicalGroups()} == group_names(mesh)
@@ -215,7 +216,7 @@ def test_processes_of_vtk_read_their_pieces(made, tmp_path):
 
     sliced = made("plate")
     mesh, _ = joined(sliced)
-    write_files(sliced, {}, {}, tmp_path, "mesh", ["pvtu"])
+    write_files(sliced, {}, {}, MeshFiles(tmp_path, "mesh", ["pvtu"]))
     for part in range(len(sliced.sizes)):
         reader = vtk.vtkXMLPUnstructuredGridReader()
         reader.SetFileName(str(tmp_path / "mesh.pvtu"))
@@ -232,7 +233,7 @@ def test_processes_of_vtk_read_their_pieces(made, tmp_path):
 def test_what_is_written_in_slices_is_read_as_a_whole(made, form, tmp_path):
     sliced = made("plate")
     mesh, _ = joined(sliced)
-    path = tmp_path / write_files(sliced, {}, {}, tmp_path, "mesh", [form])["files"][0]
+    path = tmp_path / write_files(sliced, {}, {}, MeshFiles(tmp_path, "mesh", [form]))["files"][0]
     read = read_mesh(path).mesh
     assert (len(read.points), len(read.triangles)) == (sliced.nodes, sliced.triangles)
     assert set(read.regions) == set(mesh.regions)
@@ -265,6 +266,7 @@ from format_names import IN_SLICES
 from squares import fields_of, holed_square
 from bubblemesh.errors import FileError
 from bubblemesh.meshes.slices import Slice, SlicedMesh
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 
 def read(number):
@@ -281,7 +283,7 @@ for limit in (500, 2_000, 60_000, 150_000):
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
     for form in IN_SLICES:
         try:
-            write_files(sliced, {}, {}, folder, "plate", [form])
+            write_files(sliced, {}, {}, MeshFiles(folder, "plate", [form]))
         except FileError as error:
             print(form, limit, error)
             assert not [*folder.iterdir()]

@@ -13,6 +13,7 @@ from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.formats import FORMATS_FOR
 from bubblemesh.meshfiles.groups import facet_ids, group_names, plain_words, region_ids
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.run.pipeline import mesh_case
 
@@ -47,7 +48,7 @@ def curved(straight):
 
 def given(mesh, folder, solver):
     """Write what a solver is to get as NAME parts."""
-    write_files(mesh, {}, {}, folder, "parts", FORMATS_FOR[solver])
+    write_files(mesh, {}, {}, MeshFiles(folder, "parts", FORMATS_FOR[solver]))
 
 
 def counts(mesh):

@@ -14,6 +14,7 @@ from solvers_page import PAGE, blocks, meshed, prepare
 import bubblemesh
 from benchmarks.solvers.programs import CONDUCTIVITY, SCRIPTS
 from bubblemesh.geometry import rings
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 
 pytestmark = pytest.mark.solver
@@ -71,7 +72,7 @@ def test_second_order_triangles_on_true_curves_converge_faster(tmp_path):
     errors = []
     for spacing in SPACINGS[:3]:
         curved, _ = bubblemesh.mesh(disc, spacing).second_order()
-        write_files(curved, {}, {}, tmp_path, str(spacing), ["skfem"])
+        write_files(curved, {}, {}, MeshFiles(tmp_path, str(spacing), ["skfem"]))
         errors.append(context["l2_error"](skfem.MeshTri2.load(tmp_path / f"{spacing}.vtu")))
     order = np.polyfit(np.log(SPACINGS[:3]), np.log(errors), 1)[0]
     assert order > 2.8, errors

@@ -11,6 +11,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles.formats import FORMATS
+from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare
@@ -414,7 +415,7 @@ HAVE_REGIONS = [form for form in FORMATS if form not in WITHOUT]
 @pytest.mark.parametrize(("form", "order"), [(form, order) for form in HAVE_REGIONS for order in FORMATS[form].orders])
 def test_all_formats_hold_regions_of_files(meshed, tmp_path, form, order):
     mesh = meshed[order]
-    write_files(mesh, {}, {}, tmp_path, "land", [form])
+    write_files(mesh, {}, {}, MeshFiles(tmp_path, "land", [form]))
     assert mesh.regions == ("west", "east", "north", "lake")
     assert np.bincount(mesh.triangle_regions).min() > 0
     files = [path for path in tmp_path.rglob("*") if path.is_file() and not path.name.endswith(".report.json")]

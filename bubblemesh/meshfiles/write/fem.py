@@ -54,8 +54,13 @@ def _medit_text(mesh: Mesh) -> Iterator[str]:
     yield "\nEnd\n"
 
 
-def medit_metric(mesh: Mesh) -> str:
-    """Text of the .sol file with the metric at the nodes of a mesh, as Mmg reads it beside a .mesh file."""
+def medit_metric(mesh: Mesh) -> str | None:
+    """Text of the .sol file with the metric at the nodes of a mesh, as Mmg reads it beside a .mesh file.
+
+    None for a mesh without one.
+    """
+    if len(mesh.metric) == 0:
+        return None
     head = f"MeshVersionFormatted 2\nDimension 2\n\nSolAtVertices\n{len(mesh.metric)}\n1 3\n"
     return "".join([head, *lines("%r %r %r", mesh.metric), "\nEnd\n"])
 
