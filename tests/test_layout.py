@@ -74,8 +74,8 @@ MAY_IMPORT = {
 INNER = {
     "geometry/arrangement": {"boundary", "curves", "nesting", "paths", "polygonal_copy", "validity"},
     "geometry/distance": {"boundary", "curves"},
-    "meshfiles/sources": {"containment", "groups", "med"},
-    "meshfiles/write": {"formats", "groups", "med", "text"},
+    "meshfiles/sources": {"containment", "groups"},
+    "meshfiles/write": {"formats", "groups", "text"},
     "packing/ellipses": {
         *{"annealing", "bubbles", "confinement", "mending", "method", "motion", "neighbours", "net", "placement"},
         *{"population", "progress", "relaxation", "setting", "smoothing", "splicing", "viscosity"},

@@ -5,21 +5,16 @@ import lzma
 import re
 import zlib
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from io import SEEK_END, BufferedReader, TextIOWrapper
+from io import SEEK_END
 from pathlib import Path, PurePath
-from typing import IO, Any, BinaryIO, TypeVar
+from typing import Any, BinaryIO
 
 from bubblemesh.errors import FileError, LimitError
 from bubblemesh.files import opened, read_bytes, require_readable
-from bubblemesh.process.shared import ALONE
-
-Text = TypeVar("Text", str, bytes)
 
 MOST_UNPACKED = 1_000_000_000  # bytes
 GZIP, HDF = b"\x1f\x8b", b"\x89HDF\r\n\x1a\n"  # with which files begin
 CHUNK = 1 << 20
-MOST_ENDS = 1000  # how often the end may be read
 INCLUDE = re.compile(rb"^[ \t]*\*[* \t]*include", re.IGNORECASE | re.MULTILINE)
 
 
@@ -49,7 +44,7 @@ def _hdf_starts(stream: BinaryIO) -> Iterator[int]:
 
 def check_hdf(path: Path) -> None:
     """Check an HDF file: FileError if a part is in another file, LimitError for too much data."""
-    _require_little(sum(_sizes(path).values()))
+    require_little(sum(_sizes(path).values()))
 
 
 def _sizes(path: Path) -> dict[str, int]:
@@ -83,7 +78,7 @@ def check_xdmf(path: Path) -> None:
         if other not in sizes:
             sizes[other] = _sizes(other)
         total += sizes[other].get(inside.strip("/"), 0)
-    _require_little(total)
+    require_little(total)
 
 
 def _parts_of_xdmf(path: Path) -> Iterator[tuple[Path, str]]:
@@ -128,7 +123,7 @@ def check_gzip(path: Path) -> None:
     with opened(path) as stream, gzip.open(stream) as unpacked:
         while chunk := unpacked.read(CHUNK):
             size += len(chunk)
-            _require_little(size)
+            require_little(size)
 
 
 class Unpacking:
@@ -151,61 +146,11 @@ class Unpacking:
     def count(self, size: int) -> None:
         """Count further bytes; LimitError if it is too much."""
         self._size += size
-        _require_little(self._size)
+        require_little(self._size)
 
 
-class _Lines(TextIOWrapper):
-    """Text that ends readers which read beyond its end for ever, waiting for a line."""
-
-    _ends = 0
-
-    def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
-        line = super().readline(size)
-        self._ends = 0 if line else self._ends + 1
-        return _not_for_ever(line, self._ends)
-
-
-class _Bytes(BufferedReader):
-    """Bytes that end readers which read beyond their end for ever."""
-
-    _ends = 0
-
-    def readline(self, size: int | None = -1, /) -> bytes:
-        line = super().readline(size)
-        self._ends = 0 if line else self._ends + 1
-        return _not_for_ever(line, self._ends)
-
-
-def _not_for_ever(line: Text, ends: int) -> Text:
-    if ends > MOST_ENDS:
-        raise EOFError("it ends too early")
-    return line
-
-
-def _opened(path: str, mode: str) -> IO[Any]:
-    """A file that meshio opens to read."""
-    stream = _Bytes(opened(Path(path)).detach())
-    return stream if "b" in mode else _Lines(stream)
-
-
-@contextmanager
-def bounded_reading() -> Iterator[None]:
-    """Within the block, meshio opens files by the function of this package, and cannot read beyond their end for ever.
-
-    The readers of many formats wait for a line beyond the end. The function is the same for all threads, so that only
-    one thread at a time is in such a block. Blocks must not be nested.
-    """
-    from meshio import _files as door
-
-    with ALONE:
-        door.open = _opened
-        try:
-            yield
-        finally:
-            del door.open
-
-
-def _require_little(size: int) -> None:
+def require_little(size: int) -> None:
+    """Check a number of bytes to which a file is unpacked; LimitError if it is too much."""
     if size > MOST_UNPACKED:
         advice = "write only what the case needs"
         raise LimitError(f"it unpacks to more than the {MOST_UNPACKED / 1e6:,.0f} MB that are read: {advice}")

@@ -129,6 +129,15 @@ def test_files_are_read_in_several_threads_at_once(tmp_path):
     assert not hasattr(_files, "open")
 
 
+def test_the_reason_of_meshio_ends_before_the_name_of_the_file(tmp_path):
+    path = tmp_path / "a long name of a folder, with so many words" / "that it goes on in a second line" / "a.ply"
+    path.parent.mkdir(parents=True)
+    path.write_text("nothing\n")
+    with pytest.raises(FileError) as caught:
+        read_field(path, None)
+    assert str(caught.value) == f"{path}: is no mesh that can be read (Expected ply)"
+
+
 def test_points_without_coordinates(tmp_path):
     (tmp_path / "a.su2").write_text("NDIME= 0\nNELEM= 1\n5 0 1 2\nNPOIN= 3\n0 0\n1 0\n0 1\n")
     with pytest.raises(FileError, match=r"a\.su2: "):

@@ -57,7 +57,7 @@ FORMATS: Mapping[str, SourceFormat] = {
     ".pvd": SourceFormat("vtk_lists.read_pvd", beside=companions.listed),
     ".xdmf": XDMF,
     ".xmf": XDMF,
-    ".med": HDF._replace(reader="other.read_med"),
+    ".med": HDF._replace(reader="med.read_med"),
     ".h5m": HDF,
     ".hmf": HDF,
     ".cgns": HDF,

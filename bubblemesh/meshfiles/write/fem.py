@@ -24,7 +24,6 @@ from bubblemesh.meshfiles.groups import (
     point_ids,
     region_numbers,
 )
-from bubblemesh.meshfiles.med import teach_med
 from bubblemesh.meshfiles.text import lines, listed, write_text
 
 MEDIT_KINDS = {3: "Triangles", 4: "Quadrilaterals"}  # by the number of nodes
@@ -68,8 +67,9 @@ def medit_metric(mesh: Mesh) -> str | None:
 def write_med(mesh: Mesh, fields: Fields, path: Path) -> None:
     """Write edges and cells with a named group for each label and region, and the groups of the labelled points."""
     import meshio
+    from meshio.med._med import meshio_to_med_type
 
-    teach_med()
+    meshio_to_med_type.setdefault("quad9", "QU9")  # which the table lacks
     # MED numbers the families of cells downwards from -1 and those of nodes upwards from 1; 0 stands for no family.
     # Groups are known by their names: the families of edges and of cells need different numbers, ids of one's own not.
     families = [region_numbers(mesh)[cells.triangles[:, 0]] for cells in mesh.cells]
