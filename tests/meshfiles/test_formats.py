@@ -13,10 +13,11 @@ from squares import holed_square
 
 from bubblemesh.errors import CaseError
 from bubblemesh.meshes.conformity import require_conforming
-from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, FormatName, Solver
+from bubblemesh.meshfiles.formats import FORMATS, FORMATS_FOR, Beside, Format, FormatName, Solver
 from bubblemesh.meshfiles.groups import facet_ids, group_names, node_ids, plain_words, region_ids
 from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_file, write_files
+from bubblemesh.run.destination import Destination
 
 
 def test_every_format_and_solver_of_the_case_file_is_in_the_tables():
@@ -92,6 +93,21 @@ def test_without_points_the_sidecar_is_there_for_ids_only(tmp_path, form):
     assert ("plate.labels.json" in files) == (
         form in {"vtu", "vtk", "pvtu", "xdmf", "mesh", "dat", "sfepy", "2dm", "pos"}
     )
+
+
+def test_a_format_holds_what_its_row_says_and_has_beside_it_what_a_mesh_needs(tmp_path, monkeypatch):
+    row = Format(
+        (".new",), "write.fem.write_medit", "groups.as_they_are", beside=Beside(".more", "write.fem.medit_metric")
+    )
+    monkeypatch.setitem(FORMATS, "new", row)
+    mesh = sandwich()  # with labelled points
+    files = write_files(mesh, {}, {}, MeshFiles(tmp_path, "plate", ["new"]))["files"]
+    assert files == ["plate.new", "plate.labels.json", "plate.report.json"]
+    mesh = dataclasses.replace(mesh, metric=np.tile([4.0, 0, 4], (len(mesh.points), 1)))
+    assert mesh.write(tmp_path / "b.NEW", sidecars=False) == ["b.NEW", "b.more"]
+    assert b"SolAtVertices" in (tmp_path / "b.more").read_bytes()
+    place = Destination(tmp_path, "plate", ["new"])
+    assert place.names == ["plate.new", "plate.labels.json", "plate.more", "plate.report.json"]
 
 
 def test_the_format_of_an_ending_is_the_first_that_has_it(tmp_path):
