@@ -157,12 +157,14 @@ def _seen_from(root: Path, folder: Path) -> str:
 
 
 def _require_usable(entries: Sequence[Entry], options: BatchOptions) -> None:
-    """Check that no option is wrong for all cases: their results of an earlier batch must not count as failed then."""
-    errors = {entry.row.error for entry in entries}
+    """Check that some case is right, or that no option is wrong: earlier results must not count as failed then.
+
+    Cases with other errors, such as those that cannot be read, do not make an option right.
+    """
     names = tuple(f"{override.source}:" for override in options.overrides)
-    for error in errors:
-        if len(errors) == 1 and error is not None and error.startswith(names):
-            raise CaseError(error)
+    wrong = [error for entry in entries if (error := entry.row.error) and error.startswith(names)]
+    if wrong and all(entry.row.error for entry in entries):
+        raise CaseError(wrong[0])
 
 
 def _require_apart(entries: Sequence[Entry], sources: Sequence[str]) -> None:

@@ -107,6 +107,23 @@ def test_an_option_that_is_wrong_for_all_cases_is_refused_before_anything_is_wri
     assert Path("out/summary.jsonl").read_bytes() == before
 
 
+@pytest.mark.parametrize("broken", ["domain: [\n", "domain: {outer: {circle: 1}}\nspacing: -1\n"])
+def test_cases_with_other_errors_do_not_make_a_wrong_option_right(broken, done):
+    Path("cases/broken.yaml").write_text(broken)
+    rows_of("cases", folder="out")
+    before = Path("out/summary.jsonl").read_bytes()
+    with pytest.raises(CaseError, match=r"^--set spacng: .*unknown key"):
+        rows_of("cases", folder="out", overrides=overrides_of(["spacng=3"], of_command=True))
+    assert Path("out/summary.jsonl").read_bytes() == before
+
+
+def test_an_option_that_suits_one_case_alone_is_wrong_in_the_rows_of_the_others(done):
+    Path("cases/plain.yaml").write_text(SMALL.replace("}}", "}, holes: [{circle: {center: [0.5, 0.5], radius: 0.1}}]}"))
+    overrides = overrides_of(["domain.holes.0.circle.radius=0.2"], of_command=True)
+    rows = rows_of("cases", folder="out", overrides=overrides)
+    assert {row.case: row.exit_code for row in rows} == {"child": 2, "file": 2, "plain": 0}
+
+
 def test_nothing_is_done_twice_if_nothing_has_changed(done):
     before, rows = modified("out"), Path("out/summary.jsonl").read_bytes()
     assert anew(workers=lambda count: pytest.fail("nothing to do")) == []
