@@ -16,7 +16,7 @@ FOUNDATION = {"arrays", "errors", "files", "messages", "process", "records"}
 MAY_IMPORT = {
     "arrays": set(),
     "errors": set(),
-    "files": {"errors"},
+    "files": {"errors", "messages"},
     "messages": {"arrays"},
     "process": {"errors"},
     "records": set(),

@@ -8,7 +8,8 @@ from functools import cached_property, reduce
 from operator import getitem
 from typing import Any, Self
 
-from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, missing_library
+from bubblemesh.errors import OUT_OF_MEMORY, BubblemeshError, LimitError
+from bubblemesh.files import outer_cause
 from bubblemesh.meshfiles.text import csv_text, dumped, json_ready
 from bubblemesh.messages import run_seconds
 from bubblemesh.records import record
@@ -95,8 +96,8 @@ class Row:
                 return self.failed(error.exit_code, str(error))
             case MemoryError():
                 return self.failed(LimitError.exit_code, f"{self.source}: {OUT_OF_MEMORY}")
-        if missing := missing_library(error):
-            return self.failed(FileError.exit_code, f"{self.source}: {missing}")
+        if outer := outer_cause(error):
+            return self.failed(outer.exit_code, f"{self.source}: {outer}")
         problem = f"{self.source}: this is an error of bubblemesh, not of the case: {type(error).__name__}: {error}"
         trace = "".join(traceback.format_exception(error))
         return replace(self.failed(BubblemeshError.exit_code, problem), traceback=trace)

@@ -12,8 +12,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, missing_library
-from bubblemesh.files import MORE_FILES, TOO_MANY_FILES, reason, unwritten
+from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError
+from bubblemesh.files import outer_cause, unwritten
 from bubblemesh.messages import printable
 
 SIGNALS = signal.SIGINT, signal.SIGTERM
@@ -109,10 +109,8 @@ def reported() -> Iterator[None]:
     except Exception as error:
         if received:  # a library that was being loaded may have turned the interrupt into any error
             raise failed("interrupted", INTERRUPTED) from None
-        if getattr(error, "errno", None) in TOO_MANY_FILES:
-            raise failed(f"{reason(error)}: {MORE_FILES}", FileError.exit_code) from None
-        if missing := missing_library(error):
-            raise failed(missing, FileError.exit_code) from None
+        if outer := outer_cause(error):
+            raise failed(str(outer), outer.exit_code) from None
         from bubblemesh import console
 
         console.tell(traceback.format_exc().rstrip())

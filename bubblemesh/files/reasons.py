@@ -1,10 +1,11 @@
 """Errors of files that cannot be read or written, with the reason that the system gives."""
 
 import errno
+import os
 
-from bubblemesh.errors import FileError
+from bubblemesh.errors import FileError, missing_library
+from bubblemesh.messages import shown
 
-TOO_MANY_FILES = errno.EMFILE, errno.ENFILE
 MORE_FILES = "let this process open more (ulimit -n 4096), or give a batch fewer --jobs, each of which takes three"
 
 
@@ -25,11 +26,41 @@ def unwritten(what: object, error: OSError) -> UnwrittenError:
 
 def no_place(error: OSError) -> FileError:
     """Error of temporary files that cannot be made."""
-    if error.errno in TOO_MANY_FILES:
-        return FileError(f"{reason(error)}: {MORE_FILES}")
-    return FileError(f"no place for temporary files: {reason(error)}")
+    return outer_cause(error) or FileError(f"no place for temporary files: {reason(error)}")
 
 
 def reason(error: Exception) -> str:
     """Short text that says why a file operation failed."""
     return getattr(error, "strerror", None) or str(error)
+
+
+def outer_cause(error: Exception) -> FileError | None:
+    """Error of the system or the installation in place of an exception of Python; None if the program is to blame.
+
+    It stands for all that any access to a file may raise, so that it is asked where commands and cases of batches end.
+    """
+    match error:
+        case ModuleNotFoundError() if missing := missing_library(error):
+            return FileError(missing)
+        case OSError(errno=errno.EMFILE | errno.ENFILE):
+            return FileError(f"{reason(error)}: {MORE_FILES}")
+        case OSError(errno=errno.ENAMETOOLONG):
+            return FileError(
+                f"{shown(error.filename)}: {reason(error)}: shorten it, or the names of its folders, and give several "
+                "files as several words"
+            )
+        case OSError() if not _has_current_folder():
+            return FileError("the current folder is not there any more: go to another one (cd)")
+        case UnicodeEncodeError() if error.encoding != "utf-8":
+            advice = "set PYTHONUTF8=1, or use plain letters"
+            return FileError(f"{shown(error.object)!r} cannot be written where names are in {error.encoding}: {advice}")
+    return None
+
+
+def _has_current_folder() -> bool:
+    """Whether the folder from which relative names start is still there: it may have been removed meanwhile."""
+    try:
+        os.getcwd()  # noqa: PTH109 - that alone is what fails
+    except OSError:
+        return False
+    return True

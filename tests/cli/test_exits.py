@@ -1,12 +1,15 @@
 """Errors that end a command: their messages and exit codes."""
 
 import errno
+import os
 import sys
 
 import pytest
+from commands import command
 from typer.testing import CliRunner
 
 from bubblemesh import console
+from bubblemesh.batch.row import Row
 from bubblemesh.cli import app, exits
 
 
@@ -30,17 +33,56 @@ def test_names_and_options_never_steer_the_terminal(arguments, tmp_path, monkeyp
     assert r"\x" in result.output
 
 
-@pytest.mark.parametrize("code", [errno.EMFILE, errno.ENFILE])
-def test_a_process_without_file_descriptors_tells_what_to_do(code, monkeypatch):
+OUTER = [  # errors of the system, and what is told of each
+    (OSError(errno.EMFILE, "Too many open files"), "Too many open files: let this process open more (ulimit -n"),
+    (OSError(errno.ENFILE, "Too many open files"), "Too many open files: let this process open more (ulimit -n"),
+    (OSError(errno.ENAMETOOLONG, "File name too long", 300 * "x"), f"{57 * 'x'}...: File name too long: shorten it"),
+    (
+        UnicodeEncodeError("ascii", "B\xe4r", 1, 2, ""),
+        "'B\xe4r' cannot be written where names are in ascii: set PYTHONUTF8=1",
+    ),
+]
+
+
+@pytest.mark.parametrize(("error", "text"), OUTER)
+def test_an_error_of_the_system_tells_what_to_do(error, text, monkeypatch):
     def refuse(*arguments, **options):
-        raise OSError(code, "Too many open files")
+        raise error
 
     monkeypatch.setattr("bubblemesh.case.load_case", refuse)
     result = CliRunner().invoke(app, ["check", "case.yaml"])
     assert result.exit_code == 5
-    assert result.stderr.startswith("error: Too many open files: ")
-    assert "ulimit -n" in result.stderr
-    assert "Traceback" not in result.stderr
+    assert result.stderr.startswith(f"error: {text}")
+    row = Row("case", "case.yaml", 0).ended_by(error)
+    assert (row.exit_code, row.traceback) == (5, None)
+    assert row.error.startswith(f"case.yaml: {text}")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["batch", f"{300 * 'x'}.yaml"],
+        ["run", "case.yaml", "-o", "deep/" * 2000],
+    ],
+)
+def test_names_that_are_too_long_are_refused(arguments, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.yaml").write_text("domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.5\n")
+    code, out, message = command(*arguments)
+    assert (code, out) == (5, "")
+    assert "File name too long: shorten it" in message
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows keeps the current folder")
+@pytest.mark.parametrize("arguments", [["run", "-"], ["check", "../case.yaml"], ["batch", "../case.yaml"]])
+def test_a_current_folder_that_was_removed_is_told(arguments, tmp_path, monkeypatch):
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    text = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.5\n"
+    (tmp_path / "case.yaml").write_text(text)
+    message = "error: the current folder is not there any more: go to another one (cd)\n"
+    assert command(*arguments, stdin=text) == (5, "", message)
 
 
 def test_a_library_that_was_removed_is_named(tmp_path, monkeypatch):
