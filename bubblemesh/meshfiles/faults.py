@@ -1,4 +1,4 @@
-"""Places where the mesh of a file is not conforming: duplicate triangles, overlaps, nodes that are not connected."""
+"""Places where the mesh of a file is not conforming: turned or double triangles, overlaps, nodes not connected."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import shapely
 from bubblemesh.arrays import Floats, Integers, complement, components, contained, each_once, extent, first_rows
 from bubblemesh.geometry.arrangement.winding import winding_numbers
 from bubblemesh.meshes.edges import directed_sides, one_sided, unique_edges
-from bubblemesh.meshes.quality import Measures
+from bubblemesh.meshes.quality import Measures, inverted
 from bubblemesh.messages import place
 
 NEAR = 1e-6  # of the shortest side of the rim at a node: nearer nodes count as in its place, nearer sides as through it
@@ -19,18 +19,31 @@ MOST_PROBES = 20_000  # such places, for a mesh in very many pieces
 
 
 def faults(points: Floats, triangles: Integers, digits: float) -> list[str]:
-    """Faults of triangles (t, 3) of any orientation between points (n, 2), each with its first place.
+    """Faults of triangles (t, 3) between points (n, 2), as a file has them, each with its first place.
 
-    Without faults, each place is in one triangle only, and triangles share whole sides, within a millionth of a side's
-    length. ``digits`` is the rounding error of coordinates near 1.
+    Without faults, each place is in one triangle only, all triangles turn the same way, and they share whole sides,
+    within a millionth of a side's length. ``digits`` is the rounding error of coordinates near 1.
     """
-    return list(_faults(points, triangles, digits))
+    return [*_turned(points, triangles), *_faults(points, triangles, digits)]
+
+
+def _turned(points: Floats, triangles: Integers) -> Iterator[str]:
+    """A note on triangles (t, 3) that turn the other way than most, if there are any."""
+    found = inverted(points, triangles)
+    if len(found):
+        what = "1 triangle turns" if len(found) == 1 else f"{len(found):,} triangles turn"
+        at = place(points[triangles[found[0]]].mean(axis=0), extent(points))
+        yield f"{what} the other way than the rest, the first at {at}: the mesh may lie upon itself there"
 
 
 def _faults(points: Floats, triangles: Integers, digits: float) -> Iterator[str]:
     size = extent(points)
     ordered = np.sort(triangles, axis=1)
-    solid = (ordered[:, :-1] != ordered[:, 1:]).all(axis=1)  # others are edges
+    solid = (ordered[:, :-1] != ordered[:, 1:]).all(axis=1)
+    flat = triangles[~solid]
+    if len(flat):
+        what = "1 triangle has" if len(flat) == 1 else f"{len(flat):,} triangles have"
+        yield f"{what} the same node twice, the first at {place(points[flat[0]].mean(axis=0), size)}: no area is in it"
     triangles, ordered = triangles[solid], ordered[solid]
     first = first_rows(ordered)
     again = complement(len(triangles), first)

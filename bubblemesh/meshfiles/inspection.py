@@ -5,12 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, extent
 from bubblemesh.meshes.metric import MeasuresInMetric, tensors_in
-from bubblemesh.meshes.quality import LAYER, Measures, inverted
+from bubblemesh.meshes.quality import LAYER, Measures
 from bubblemesh.meshfiles.faults import faults
 from bubblemesh.meshfiles.read import MeshWithData, digits, left_out_notes, read_mesh, read_triangles, reading_notes
-from bubblemesh.messages import place
 
 
 def inspected_triangles(path: Path) -> tuple[Measures, list[str]]:
@@ -20,14 +18,14 @@ def inspected_triangles(path: Path) -> tuple[Measures, list[str]]:
     """
     file = read_triangles(path)
     notes = [*file.source.notes, *file.curved, *left_out_notes(file.left_out)]
-    notes += _fault_notes(file.points, file.triangles, digits(file.source))
+    notes += faults(file.points, file.triangles, digits(file.source))
     return Measures(file.points, file.triangles), named_notes(path, notes)
 
 
 def inspected_mesh(path: Path) -> tuple[MeshWithData, list[str]]:
     """Mesh of a file, as `read_mesh` reads it, and notes on it; the same errors."""
     read = read_mesh(path)
-    notes = [*reading_notes(read), *_fault_notes(read.mesh.points, read.mesh.triangles, read.digits)]
+    notes = [*reading_notes(read), *faults(read.mesh.points, read.mesh.triangles, read.digits)]
     return read, named_notes(path, notes)
 
 
@@ -52,18 +50,3 @@ def measures_in_metric(read: MeshWithData, field: str | None = None) -> tuple[Me
 def named_notes(path: Path, notes: Sequence[str]) -> list[str]:
     """Notes that begin with the name of the file."""
     return [f"{path}: {note}" for note in notes]
-
-
-def _fault_notes(points: Floats, triangles: Integers, rounding: float) -> list[str]:
-    """Notes on triangles (t, 3) that do not all turn the same way, or are not conforming."""
-    return [*_orientation_notes(points, triangles), *faults(points, triangles, rounding)]
-
-
-def _orientation_notes(points: Floats, triangles: Integers) -> list[str]:
-    """A note on triangles (t, 3) that turn the other way than most, if there are any."""
-    found = inverted(points, triangles)
-    if len(found) == 0:
-        return []
-    count = "1 triangle turns" if len(found) == 1 else f"{len(found)} triangles turn"
-    where = place(points[triangles[found[0]]].mean(axis=0), extent(points))
-    return [f"{count} the other way than the rest, the first at {where}: the mesh may lie upon itself there"]

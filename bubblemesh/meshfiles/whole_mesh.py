@@ -48,7 +48,7 @@ def whole_mesh(path: Path) -> tuple[Mesh, tuple[str, ...]]:
     own = {*mesh.labels, *mesh.regions, ALL_NODES}
     unread = shown(", ".join(name for name in read.node_sets if name not in own))
     sets = (f"sets of nodes are left out: {unread}",) if unread else ()
-    faulty = faults(mesh.points, triangles, read.digits)
+    faulty = faults(mesh.points, read.mesh.triangles, read.digits)
     mesh, unmatched = _with_periodic(with_ids_as_read(with_boundary(mesh), read.ids), read.matching)
     return mesh, (*read.notes, *left_out_notes(read.left_out), *read.curved, *sets, *unmatched, *faulty)
 

@@ -164,7 +164,7 @@ def test_triangles_that_turn_both_ways_are_told_and_areas_do_not_cancel(files, t
 @pytest.mark.parametrize("triangles", [[(0, 1, 2), (0, 2, 3)], [(0, 2, 1), (0, 3, 2)], [(0, 2, 1), (0, 0, 1)]])
 def test_a_mesh_may_turn_either_way(triangles, tmp_path):
     code, text, said = run(written(tmp_path, "turned.vtk", *triangles), "--json")
-    assert (code, said) == (0, "")
+    assert (code, "turns" in said) == (0, False)
     assert json.loads(text)["area"] == sum(len(set(triangle)) == 3 for triangle in triangles) / 2
 
 

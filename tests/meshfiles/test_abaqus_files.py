@@ -4,6 +4,7 @@ import pytest
 
 from bubblemesh.errors import FileError
 from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.meshfiles.whole_mesh import whole_mesh
 
 # Two rows of a rectangle of 2 by 2: squares below, triangles above. Written as Abaqus/CAE does.
 DECK = """\
@@ -99,6 +100,26 @@ def test_a_coordinate_that_is_left_out_is_zero(deck):
         deck(("  9, 2., 2.\n", "  9, 2.,\n"), ("24, 6, 9, 8\n", ""), ("12, 2, 3, 6, 5\n", "12, 2, 9, 6, 5\n"))
     ).mesh
     assert mesh.points.tolist() == [[0, 0], [1, 0], [0, 1], [1, 1], [2, 1], [0, 2], [1, 2], [2, 0]]
+
+
+@pytest.mark.parametrize(
+    ("last", "notes"),
+    [
+        ("*End Step", ()),
+        ("24, 6, 9, 8", ()),  # what is missing then, sets and surfaces, cannot be known
+        ("22, 5, 8, 7", ("1 node is in no element: is the file cut off?",)),
+        ("11, 1, 2, 5, 4", ("5 nodes are in no element: is the file cut off?",)),
+        ("*Elset, elset=_wall_S4, internal", ("ends with *ELSET and none of its lines: is the file cut off?",)),
+        ("*Elset, elset=_wall_S4, internal\n 11,", ("ends with a comma, as if a line followed: is the file cut off?",)),
+    ],
+)
+@pytest.mark.parametrize("end", ["", "\n", "\r\n\r\n"])
+def test_signs_of_a_deck_that_was_cut_off_are_told(last, notes, end, deck):
+    path = deck()
+    text = path.read_text()
+    path.write_bytes((text[: text.index(last) + len(last)] + end).encode())
+    assert read_mesh(path).notes == notes
+    assert whole_mesh(path)[1][: len(notes)] == notes
 
 
 @pytest.mark.parametrize(

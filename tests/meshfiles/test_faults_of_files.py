@@ -16,6 +16,7 @@ SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 HALVES = [(0, 1, 2), (0, 2, 3)]
 EPSILON = float(np.finfo(float).eps)
 APART = "the mesh is not connected there"
+TURNED = "1 triangle turns the other way than the rest, the first at ({}, {}): the mesh may lie upon itself there"
 
 
 def moved(points, by, times=1.0):
@@ -29,7 +30,13 @@ def second(triangles):
 @pytest.mark.parametrize(
     ("points", "triangles", "told"),
     [
-        (SQUARE, [(0, 1, 2), (0, 3, 2)], []),  # the second one is clockwise
+        (SQUARE, [(0, 1, 2), (0, 3, 2)], [TURNED.format(0.333333, 0.666667)]),  # the second one is clockwise
+        (SQUARE, [(2, 1, 0), (0, 3, 2)], []),  # all are
+        (
+            SQUARE,
+            [*HALVES, (1, 0, 0), (1, 1, 1)],
+            ["2 triangles have the same node twice, the first at (0.333333, 0): no area is in it"],
+        ),
         ([*SQUARE, *moved(SQUARE, (2, 0))], [*HALVES, *second(HALVES)], []),  # two pieces that do not touch
         (
             [*SQUARE, *moved(SQUARE, (1, 0))],
@@ -53,12 +60,12 @@ def second(triangles):
         ),
         (
             SQUARE,
-            [*HALVES, (2, 1, 0)],
+            [*HALVES, (1, 2, 0)],
             ["1 triangle is there twice, the first at (0.666667, 0.333333): figures count all"],
         ),
         (
             [*SQUARE, (0.2, 0.9)],
-            [*HALVES, (2, 0, 4)],
+            [*HALVES, (0, 2, 4)],
             ["1 edge has more than two triangles, the first at (0.5, 0.5)", "the mesh lies upon itself, as at ("],
         ),
         (
@@ -117,6 +124,24 @@ def test_the_command_and_the_reader_warn(tmp_path):
     assert f"warning: {note}" in done.stderr
     assert f"warning: {note}" in CliRunner().invoke(app, ["quality", str(path), str(path)]).stderr
     with pytest.warns(MeshWarning, match="nodes are in places of others"):
+        Mesh.read(path)
+
+
+@pytest.mark.parametrize(
+    ("triangles", "told"),
+    [
+        ([(0, 1, 2), (0, 3, 2)], "1 triangle turns the other way"),
+        ([*HALVES, (0, 0, 1)], "1 triangle has the same node"),
+    ],
+)
+def test_all_that_reads_a_mesh_tells_the_same(triangles, told, tmp_path):
+    path = tmp_path / "turned.vtu"
+    meshio.Mesh(np.pad(SQUARE, ((0, 0), (0, 1))), [("triangle", triangles)]).write(path)
+    out = str(tmp_path / "out.msh")
+    for command in (["quality"], ["convert", out], ["partition", "2", "-o", out]):
+        done = CliRunner().invoke(app, [command[0], str(path), *command[1:]])
+        assert f"warning: {path}: {told}" in done.stderr
+    with pytest.warns(MeshWarning, match=told):
         Mesh.read(path)
 
 

@@ -12,6 +12,7 @@ import skfem
 from squares import fields_of, holed_square
 
 from bubblemesh.meshfiles.mesh_files import MeshFiles
+from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_files, write_stream
 
 FORMATS = ("msh", "vtu", "vtk", "xdmf")
@@ -145,6 +146,14 @@ def test_meshio_reads_the_vtk_files(mesh, fields, folder, ending):
     assert read.cell_data["material"][0].dtype.newbyteorder("=") == np.int64
     assert set(read.cell_data["material"][0]) == {6}
     assert_same_fields(read.cell_data, fields)
+
+
+@pytest.mark.parametrize("kind", ["i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"])
+def test_a_vtk_file_of_meshio_is_read_with_numbers_of_all_kinds(kind, tmp_path):
+    points, triangles = [(0.0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]
+    data = {"layer": [np.array([7], kind)]}
+    meshio.Mesh(points, [("triangle", triangles)], cell_data=data).write(tmp_path / "a.vtk")
+    assert read_mesh(tmp_path / "a.vtk").cell_data["layer"].tolist() == [7]
 
 
 def test_the_vtk_file_has_the_version_that_all_know(folder):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Integers
+from bubblemesh.arrays import Integers, each_once
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
 from bubblemesh.meshfiles.sources.source import Block, Numbering, Source, reals, wholes, with_named_edges
@@ -21,6 +21,7 @@ PLANE_KINDS = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
 CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 SIDE = re.compile(r"S([1-4])\Z", re.IGNORECASE)  # S1 is the side from the first corner to the second
 
+LISTS = "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"  # keywords that nobody writes without lines
 ALL_NODES, ALL_ELEMENTS = "NALL", "EALL"  # sets in files of this package and of CalculiX's own mesher
 
 Sets = dict[str, list[int]]
@@ -55,7 +56,8 @@ class Elements(NamedTuple):
 
 def read_inp(path: Path) -> Source:
     """Mesh of a deck, with its surfaces as sets of edges; FileError if it has none, or is damaged."""
-    sections = list(_sections(read_bytes(path).decode()))
+    text = read_bytes(path).decode()
+    sections = list(_sections(text))
     rows = [line for section in sections if section.keyword == "NODE" for line in section.lines]
     nodes = _numbering(wholes([row[0] for row in rows], "numbers of nodes"), "node")
     points = reals([(*row[1:4], "0", "0", "0")[:3] for row in rows], "coordinates").reshape(-1, 3)
@@ -70,15 +72,36 @@ def read_inp(path: Path) -> Source:
         found = cells.places(np.array(sorted(set(sets[name.upper()])), np.int64))
         return [found[(found >= first) & (found < end)] - first for first, end in _spans(elements)]
 
+    blocks = [Block(part.kind, nodes.places(part.nodes)) for part in elements]
     surfaces = _surfaces(sections, sets, elements, cells)
     of_nodes = {section.options["NSET"] for section in sections if section.option("NSET") not in ("", ALL_NODES)}
     return with_named_edges(
         points,
-        [Block(part.kind, nodes.places(part.nodes)) for part in elements],
+        blocks,
         {name: nodes.places(sides) for name, sides in surfaces.items()},
         {name: in_blocks(name) for name in _set_names(sections)},
         node_sets=tuple(sorted(of_nodes - surfaces.keys())),  # a label may be both
+        notes=tuple(_signs_of_a_cut(text, sections[-1], len(rows) - len(_used(blocks)))),
     )
+
+
+def _used(blocks: Sequence[Block]) -> Integers:
+    """The nodes (k,) of all cells, each once."""
+    return each_once(np.concatenate([block.data.ravel() for block in blocks]))
+
+
+def _signs_of_a_cut(text: str, last: KeywordBlock, unused: int) -> Iterator[str]:
+    """Notes on what may show that a deck was cut off: as it has no counts, nothing is missing for sure.
+
+    The signs are in the text, in its last section, and in the number of nodes that no element uses.
+    """
+    if last.keyword in LISTS and not last.lines:
+        yield f"ends with *{last.keyword} and none of its lines: is the file cut off?"
+    if text.rstrip().endswith(","):
+        yield "ends with a comma, as if a line followed: is the file cut off?"
+    if unused:
+        what = "1 node is" if unused == 1 else f"{unused:,} nodes are"
+        yield f"{what} in no element: is the file cut off?"
 
 
 def _sections(text: str) -> Iterator[KeywordBlock]:

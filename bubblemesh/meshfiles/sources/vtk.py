@@ -26,10 +26,10 @@ TYPES = {  # names of numbers, all of which have their highest byte first
     "int": ">i4",
     "unsigned_long": ">u8",
     "long": ">i8",
-    "vtktypeint64": ">i8",
     "vtkidtype": ">i4",
     "float": ">f4",
     "double": ">f8",
+    **{f"vtktype{sign}int{8 * size}": f">{sign or 'i'}{size}" for sign in ("", "u") for size in (1, 2, 4, 8)},
 }
 COLOURS = 4  # bytes of each entry of a table of colours
 BINARY, GRID = b"BINARY", b"DATASET UNSTRUCTURED_GRID"
