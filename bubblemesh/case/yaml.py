@@ -119,7 +119,7 @@ def read_document(text: str, source: str) -> Document:
 
 def read_value(text: str, source: str) -> Any:
     """Value of one line of YAML, such as that of an option, None if empty; errors name the ``source`` only."""
-    root = _root(text, lambda line: source)
+    root = _root(text, lambda line: source, one_line=True)
     return None if root is None else root.value
 
 
@@ -146,13 +146,16 @@ def value_ahead(text: str, key: str) -> Any:
         return None
 
 
-def _root(text: str, place: Callable[[int], str]) -> Node | None:
-    """The outermost node of a text, None if it is empty; lists of numbers are read the fast way if possible."""
+def _root(text: str, place: Callable[[int], str], *, one_line: bool = False) -> Node | None:
+    """The outermost node of a text, None if it is empty; lists of numbers are read the fast way if possible.
+
+    Errors in a text of ``one_line`` speak of no others.
+    """
     shorter, lists = cut_out(text, _integer)
     if lists:
         with suppress(CaseError):  # reading the usual way reports it, with the true text
             return _Reader(shorter, place, lists).read()
-    return _Reader(text, place).read()
+    return _Reader(text, place, one_line=one_line).read()
 
 
 class _Reader:
@@ -161,9 +164,17 @@ class _Reader:
     ``lists`` of numbers are those for which words stand in the text; CaseError if such a word is not a value.
     """
 
-    def __init__(self, text: str, place: Callable[[int], str], lists: Mapping[str, NumberList] | None = None) -> None:
+    def __init__(
+        self,
+        text: str,
+        place: Callable[[int], str],
+        lists: Mapping[str, NumberList] | None = None,
+        *,
+        one_line: bool = False,
+    ) -> None:
         self.text = text
         self.place = place
+        self.one_line = one_line
         self.lists = lists or {}
         self.anchors: dict[str, Node | None] = {}
         self.brackets = 0  # around the present node
@@ -311,6 +322,8 @@ class _Reader:
         line = mark.line + 1 if mark else 1
         if mark and _brackets_open_at(self.text, mark.index) > MAX_DEPTH:  # some parsers stop there before we do
             return CaseError(f"{self.place(line)}: {TOO_DEEP}")
+        if self.one_line:
+            return CaseError(f"{self.place(line)}: not valid YAML: {error.problem}: check brackets, colons and quotes")
         context = ""
         if error.context and error.context_mark:
             context = f", {error.context} that starts in line {error.context_mark.line + 1}"

@@ -4,6 +4,7 @@ import os
 from typing import Any
 
 from bubblemesh.errors import CaseError
+from bubblemesh.messages import shown
 
 LONGEST_FILE_NAME = 255  # bytes, in most file systems
 LONGEST_NAME = 127  # characters of a boundary's, region's or point's name in mesh files
@@ -43,5 +44,5 @@ def is_writable(name: str) -> bool:
 def require_name(name: Any, argument: str) -> str:
     """The given name; CaseError, with the name of the argument, if it is not a text that every mesh file can hold."""
     if not isinstance(name, str) or not is_writable(name):
-        raise CaseError(f"{argument}: {name!r} is no name: use short texts without {FORBIDDEN}")
+        raise CaseError(f"{argument}: {shown(repr(name))} is no name: use short texts without {FORBIDDEN}")
     return name

@@ -26,6 +26,8 @@ MOST_ANGLES = 5  # that a warning lists one by one
 MANY_TIMES = 1.5  # the nodes of a spacing: more of them have a warning
 SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
+FELT = 1.01  # times finer: no mesh shows less
+LEAST_SHARE = 1e-3  # of the area: less is not told in figures
 SMALL_PART = 500  # nodes, below which seams are most of the work on a part
 
 
@@ -221,13 +223,14 @@ def limited_growth(grading: LimitedSpacing, limit: float | None, scale: float | 
 
     Slopes go with a ``scale`` that was found for a number of nodes.
     """
-    if grading.steepest is None or (limit is not None and limit <= STEEPEST_GROWTH):
+    if grading.steepest is None or (limit is not None and limit <= STEEPEST_GROWTH) or grading.ratio < FELT:
         return []
     at, size, growth = grading.steepest
+    share = f"{grading.share:.1%}" if grading.share >= LEAST_SHARE else f"less than {LEAST_SHARE:.1%}"
     spacing = "the spacing" if scale is None else f"the spacing, times {scale:.3g} for the wanted number of nodes,"
     return [
         f"{spacing} grows by {growth:.2g} per length at {place(at)}, from {size:.3g}: it is held to "
-        f"{STEEPEST_GROWTH:g}, finer on {grading.share:.1%} of the area, at most {grading.ratio:.3g} times"
+        f"{STEEPEST_GROWTH:g}, finer on {share} of the area, at most {grading.ratio:.3g} times"
     ]
 
 

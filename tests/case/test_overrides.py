@@ -38,7 +38,7 @@ class TestOverrides:
             ("a.b.c=1", r"--set a.b.c: a.b is a list: give the number of an entry in place of 'c'"),
             ("a.b.²=1", r"is a list"),
             ("d.e=1", r"--set d.e: d is the plain value 3"),
-            ("d=[1", r"--set d: not valid YAML"),
+            ("d=[1", r"^--set d: not valid YAML: [^:]*: check brackets, colons and quotes$"),
             ("d=!!python/none x", r"--set d: the tag !!python/none"),
         ],
     )

@@ -73,6 +73,7 @@ def test_neighbours_are_followed_as_one_curve():
         ({"regions": [DISC]}, CaseError, "regions: must be a mapping of names to shapes .found list"),
         ({"regions": {"domain": DISC}}, CaseError, "regions: 'domain' is the name of what regions leave"),
         ({"regions": {"": DISC}}, CaseError, "regions: '' is no name"),
+        ({"regions": {1000 * "a": DISC}}, CaseError, f"regions: '{56 * 'a'}... is no name: use short texts"),
         ({"regions": {"a": 3}}, CaseError, r"regions\['a'\]: must be a shapely.Polygon.*found the shape \(\)"),
         ({"regions": {"a": shapely.Polygon()}}, GeometryError, r"regions\['a'\]: the polygon is empty"),
         (

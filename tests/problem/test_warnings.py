@@ -8,7 +8,9 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.geometry.rings import ArcTo, LineTo, circle, path, polygon, rectangle
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.problem.warnings import RefiningEdges, narrow_parts, refined_boundary, sharp_angles
+from bubblemesh.problem.warnings import RefiningEdges, limited_growth, narrow_parts, refined_boundary, sharp_angles
+from bubblemesh.spacing.rules.grading import LimitedSpacing
+from bubblemesh.spacing.rules.resolution import SteepestPlace
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -187,3 +189,18 @@ def test_a_spacing_larger_than_the_domain_is_told_before_all_else(tmp_path, keys
     warnings = prepare(load_case(tmp_path / "a.yaml")).warnings
     assert [told in text for text in warnings if "times the size" in text] == [True] * bool(told)
     assert not told or told in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("share", "ratio", "told"),
+    [
+        (0.0, 1.0, None),  # a jump that is smaller than what is looked at
+        (1e-4, 1.004, None),
+        (1e-4, 3.0, "it is held to 0.4, finer on less than 0.1% of the area, at most 3 times"),
+        (0.25, 3.0, "it is held to 0.4, finer on 25.0% of the area, at most 3 times"),
+    ],
+)
+def test_a_limit_of_growth_that_changes_nothing_is_not_told(share, ratio, told):
+    grading = LimitedSpacing(uniform(1), SteepestPlace((0.5, 0.5), 1.0, 4.5), share, ratio)
+    texts = limited_growth(grading, None, None)
+    assert texts == ([] if told is None else [f"the spacing grows by 4.5 per length at (0.5, 0.5), from 1: {told}"])
