@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
 from math import floor, isfinite, log10
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:  # messages must be written even where NumPy cannot be loaded
     from bubblemesh.arrays import Floats
@@ -23,8 +23,9 @@ WIDEST = re.compile(r"the widest(?: gap)? \(([^ )]+)\)")  # of several gaps
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 
 # How places are written depends on the domain of the run. Its size is told by each file that is read, and then by all
-# rings together (`Domain.of_areas`); how coordinates were given by its plane, once all is read (`problem.domain`). Both
-# hold until the run ends. Places of a mesh as it is written depend on neither: see `place_in_mesh`.
+# rings together (`Domain.of_areas`); how coordinates were given by its projection, from the beginning
+# (`problem.domain`), but where they are not projected yet (`given_coordinates`). Both hold until the run ends, and go
+# to workers with their jobs. Places of a mesh as it is written depend on neither: see `place_in_mesh`.
 _size: ContextVar[float | None] = ContextVar("size of the domain", default=None)
 _given: ContextVar[Callable[[tuple[float, float]], tuple[float, float]] | None] = ContextVar(
     "given places", default=None
@@ -42,9 +43,30 @@ def own_places() -> Iterator[None]:
         _given.reset(given)
 
 
+class ToldPlaces(NamedTuple):
+    """How messages write places: with the digits for a size, and as a function gives them; None for neither."""
+
+    size: float | None
+    given: Callable[[tuple[float, float]], tuple[float, float]] | None
+
+
+def places_now() -> ToldPlaces:
+    """How messages write places now, for another process that works on the same domain."""
+    return ToldPlaces(_size.get(), _given.get())
+
+
+@contextmanager
+def places_as(told: ToldPlaces) -> Iterator[None]:
+    """Have messages of the block write places as another process does."""
+    with own_places():
+        tell_places_of(told.size)
+        tell_places_by(told.given)
+        yield
+
+
 @contextmanager
 def given_coordinates() -> Iterator[None]:
-    """Have messages of the block write coordinates as they are: those of data are in the given system already."""
+    """Have messages of the block write coordinates as they are: in the given system, as data and contents of files."""
     token = _given.set(None if _given.get() is None else lambda point: point)
     try:
         yield
@@ -83,6 +105,8 @@ def place_in_mesh(point: "Floats | Sequence[float]", size: float) -> str:
 
 def _given_coordinate(value: float, finer: int) -> str:
     """A coordinate of a place on the earth: a degree to about a metre, a length of metres to a tenth of one."""
+    if abs(value) >= LARGEST_FIXED:
+        return f"{value:g}"
     return f"{value:.{max(6, len(str(int(abs(value)))) + 1) + finer}g}"
 
 

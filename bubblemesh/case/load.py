@@ -270,7 +270,11 @@ def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: fl
     if root is not None:
         case = _limited(case, places)
     case, warnings = _with_method(case, places)
-    late = [path for key in ("spacing", "metric", "layers", "domain", "output") for path in _paths(data.get(key), key)]
+    late = [
+        path
+        for key in ("spacing", "metric", "layers", "domain", "output", "limits")
+        for path in _paths(data.get(key), key)
+    ]
     places_of = {path: places(path) for path in late if len(path) <= DEEPEST}
     return case.loaded(Origin(places_of, perf_counter() - begun, root), (*noted, *warnings))
 

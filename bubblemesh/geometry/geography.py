@@ -9,7 +9,7 @@ J. P. Snyder, "Map Projections: A Working Manual", U.S. Geological Survey Profes
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import replace
@@ -135,6 +135,10 @@ class Plane:
         """Coordinates (n, 2) in the given system of places (n, 2) in the plane."""
         return self._continuous(self.source, _transformed(self.definition, self.source, points))
 
+    def given_place(self, point: Point) -> Point:
+        """Coordinates in the given system of one place in the plane."""
+        return as_point(self.given(np.array([point], float))[0])
+
     def written(self, points: Floats) -> Floats:
         """Coordinates (n, 2) in the written system of places (n, 2) in the plane."""
         if self.target is None:
@@ -250,6 +254,10 @@ class Projecting:
             self.plane = Plane.about(self.source, self.target, points)
         return self.plane
 
+    def given_place(self, point: Point) -> Point:
+        """Coordinates in the given system of a place in the plane; the point itself if there is no plane yet."""
+        return point if self.plane is None else self.plane.given_place(point)
+
     def note_vertices(self, points: Floats) -> None:
         """Note vertices (n, 2), as given."""
         self._vertices.append(points)
@@ -305,15 +313,6 @@ def given_plane() -> Plane | None:
     """The plane to which coordinates are projected; None without projection, or if it is not known yet."""
     by = _projecting.get()
     return None if by is None else by.plane
-
-
-def given_places() -> Callable[[Point], Point] | None:
-    """Function from a point of the plane to the given coordinates; None without projection."""
-    by = _projecting.get()
-    if by is None or by.plane is None:
-        return None
-    plane = by.plane
-    return lambda point: as_point(plane.given(np.array([point], float))[0])
 
 
 def has_new_contacts(areas: Sequence[Area]) -> bool:
@@ -400,6 +399,13 @@ def projected(points: Floats) -> Floats:
 def projected_point(point: Point) -> Point:
     """Place of a point in the plane; the same errors as `Plane.to`."""
     return as_point(projected(np.array([point], float))[0])
+
+
+def projected_if_near(point: Point) -> Point | None:
+    """Place of a point in the plane, as far as this is known; None without an error if it does not reach there."""
+    plane = given_plane()
+    found = np.array([point], float) if plane is None else plane.near(np.array([point], float))
+    return as_point(found[0]) if len(found) else None
 
 
 def projected_vertices(points: Floats) -> Floats:

@@ -17,7 +17,7 @@ from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.following import Following, followed_together
-from bubblemesh.geometry.geography import given_places, given_plane, has_new_contacts, projecting
+from bubblemesh.geometry.geography import given_plane, has_new_contacts, projecting
 from bubblemesh.geometry.nesting import with_holes, without_outside_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import counted, ring_name, tell_places_by, tell_places_of
@@ -47,13 +47,16 @@ REST = -1  # number of what regions leave of the domain, among the numbers of th
 
 def case_domain(case: Case) -> Domain:
     """The domain of a case's areas, with its regions and what is embedded; errors have the place and what to do."""
-    tell_places_of(None)
-    tell_places_by(None)
     by = None if case.crs is None else projecting_of(case.crs)
+    tell_places_of(None)
+    tell_places_by(None if by is None else by.given_place)
     with about(DOMAIN), own_files(case.domain, case.root), projecting(by), one_system():
         try:
             domain = _with_shared_names(_sea(case) if isinstance(case.domain, ShoreDomain) else _domain(case.domain))
-            return domain if by is None else replace(domain, plane=by.plane)
+            if by is not None and by.plane is not None:
+                tell_places_by(by.plane.given_place)  # what else the projection has noted is not needed any more
+                domain = replace(domain, plane=by.plane)
+            return domain
         except GeometryError as error:
             if error.mendable:
                 error.args = (f"{error.text}{_advice(case.domain, error.about)}",)
@@ -61,9 +64,7 @@ def case_domain(case: Case) -> Domain:
 
 
 def _domain(keys: DomainKeys) -> Domain:
-    areas, parts = _read(keys)
-    tell_places_by(given_places())
-    return Domain.of_areas(areas, parts)
+    return Domain.of_areas(*_read(keys))
 
 
 def _read(keys: DomainKeys) -> tuple[list[Area], InnerParts]:
@@ -105,7 +106,6 @@ def _sea(case: Case) -> Domain:
         require_one_unit_in_box(keys, case.spacing_terms)
     sea = sea_in_box(keys)
     parts = _inner_parts(keys, [])  # no line is joined to the shore, whose detail is not known yet
-    tell_places_by(given_places())
 
     def domain_of(sea: "Sea") -> Domain:
         domain = Domain.of_areas(

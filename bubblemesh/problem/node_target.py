@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from bubblemesh.errors import NODE_LIMIT, CaseError, Key, LimitError, NodeLimitError, at_key, prefixed
+from bubblemesh.errors import NODE_LIMIT, CaseError, Key, LimitError, NodeLimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.process.limits import Stopwatch
@@ -156,7 +156,7 @@ def _nearest(search: ScaleSearch, known: Sequence[CountTrial]) -> Problem:
     if found is None or abs(expected - search.nodes) <= CLOSE * search.nodes:
         return problem
     if expected > (1 + CLOSE) * limit:
-        with prefixed(NodeLimitError.limit):
+        with at_key("limits", "max_nodes"):
             raise out_of_reach(limit, expected)
     return search.instead(round(expected)).of(problem, found.scale, found.trials)
 

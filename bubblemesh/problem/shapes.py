@@ -40,6 +40,7 @@ from bubblemesh.geometry.geography import (
 from bubblemesh.geometry.nesting import nested
 from bubblemesh.geometry.paths import Area, Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
+from bubblemesh.messages import given_coordinates
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.repair import repair_of
 from bubblemesh.readers.selection import METRES, Selection
@@ -73,7 +74,8 @@ def areas_of(keys: RingKeys) -> list[Area]:
     """Areas within the rings that some keys describe, or all areas of the file that they name, with all copies."""
     match keys:
         case RectangleRing():
-            rectangle = rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)
+            with given_coordinates():
+                rectangle = rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)
             return _plain(projected_ring(rectangle), keys)
         case CircleRing():
             center = projected_point(keys.circle.center)
@@ -86,8 +88,9 @@ def areas_of(keys: RingKeys) -> list[Area]:
         case PathRing():
             return _plain(rings.path(*pieces_of(keys), keys.label), keys)
         case PolygonRing():
-            ring = projected_ring(rings.polygon(keys.polygon, keys.labels, keys.label))
-            return _finished(repair_of(keys)([Area(ring)]), keys)
+            with given_coordinates():
+                polygon = rings.polygon(keys.polygon, keys.labels, keys.label)
+            return _finished(repair_of(keys)([Area(projected_ring(polygon))]), keys)
         case FileRing():
             return _finished(readers.read_shapes(Path(keys.file), selection_of(keys)), keys)
         case UnionRing():

@@ -13,10 +13,10 @@ import numpy as np
 
 from bubblemesh.errors import CaseError, FileError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
-from bubblemesh.geometry.geography import is_projecting
+from bubblemesh.geometry.geography import is_projecting, projected_point
 from bubblemesh.geometry.paths import Area, Point, Ring
 from bubblemesh.geometry.similarity import Similarity
-from bubblemesh.messages import counted, shown, tell_places_of
+from bubblemesh.messages import counted, given_coordinates, shown, tell_places_of
 from bubblemesh.readers.areas import areas_by_nesting, chosen_areas
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
@@ -180,7 +180,8 @@ def _chosen(path: Path, selection: Selection, is_map: bool = False) -> Chosen:
             f"join: {selection.join:g} does nothing here, as it is for ends of lines, and there are only polygons: "
             f"repair: {{gap: {selection.join:g}}} closes gaps between these"
         )
-    return Chosen(areas, found.loose, content.hole_points, notes, selection.factor(content))
+    holes = None if content.hole_points is None else tuple(map(projected_point, content.hole_points))
+    return Chosen(areas, found.loose, holes, notes, selection.factor(content))
 
 
 def _measured(
@@ -208,6 +209,7 @@ def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[s
         )
 
 
+@given_coordinates()
 def read_content(
     path: Path, selection: Selection, purpose: Literal["rings", "lines", "points"] = "rings"
 ) -> FeatureCollection:

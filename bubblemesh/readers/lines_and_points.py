@@ -72,7 +72,8 @@ def read_inner_lines(path: Path, selection: Selection) -> list[OpenPath]:
         return []
     with prefixed(path):
         content = read_content(path, selection)
-    curves = [curve for one in content.features if one.spare == INNER for curve in one.curves]
+        features = projected_features(path, content, selection)
+    curves = [curve for one in features if one.spare == INNER for curve in one.curves]
     return [_finished(_line(curve), path, selection.factor(content), ()) for curve in curves]
 
 

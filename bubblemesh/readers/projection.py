@@ -10,6 +10,7 @@ from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.geometry.geography import (
     is_projecting,
     projected,
+    projected_if_near,
     projected_line,
     projected_ring,
     projected_vertices,
@@ -48,6 +49,7 @@ def _projected(one: Feature) -> Feature:
             rings=tuple(map(projected_ring, one.rings)),
             curves=tuple(map(_curve, one.curves)),
             points=tuple(map(as_point, projected_vertices(np.array(one.points, float).reshape(-1, 2)))),
+            slips=one.slips.moved(projected_if_near),
         )
 
 

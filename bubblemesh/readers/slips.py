@@ -1,8 +1,8 @@
 """Small mistakes of files that are dropped on reading: points given twice, spikes, rings that bound no area."""
 
 from collections import deque
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -32,6 +32,10 @@ class Slips:
         doubles, spikes, flat = self.doubles + other.doubles, self.spikes + other.spikes, self.flat + other.flat
         labels = tuple(dict.fromkeys((*self.labels, *other.labels)))
         return Slips(doubles, spikes, flat, self.copies + other.copies, first, labels)
+
+    def moved(self, place_of: Callable[[Point], Point | None]) -> "Slips":
+        """The slips with the place that a function gives for the first one, if it does."""
+        return self if self.first is None else replace(self, first=place_of(self.first))
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 
 from bubblemesh.errors import BubblemeshError, FileError, LimitError, prefixed
+from bubblemesh.messages import ToldPlaces, places_as, places_now
 from bubblemesh.workers.hire import Hire
 from bubblemesh.workers.supervision import Ended, failure, supervised
 from bubblemesh.workers.workers import Workers, travelling
@@ -64,7 +65,7 @@ def called(
     all_ended = supervised(
         workers,
         enumerate(jobs),
-        lambda given: workers.submit(answer, function, *given[1].arguments),
+        lambda given: workers.submit(answer, places_now(), function, *given[1].arguments),
         warn=warn,
     )
     for ended in all_ended:
@@ -89,10 +90,14 @@ class Answer(NamedTuple, Generic[T]):
         return cast(T, self.value)
 
 
-def answer(function: Callable[..., T], *arguments: object) -> Answer[T]:
-    """Answer of a function: its errors are values, so that they differ from errors of the workers."""
+def answer(told: ToldPlaces, function: Callable[..., T], *arguments: object) -> Answer[T]:
+    """Answer of a function: its errors are values, so that they differ from errors of the workers.
+
+    They tell places as the process that asks does.
+    """
     try:
-        return Answer(function(*arguments), None)
+        with places_as(told):
+            return Answer(function(*arguments), None)
     except Exception as error:
         return Answer(None, travelling(error))
 

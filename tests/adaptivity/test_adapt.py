@@ -292,6 +292,16 @@ def test_as_many_nodes_as_before_are_the_nearest_number_that_can_be_had(spacing,
         bubblemesh.adapt(case, solution, nodes=43, anisotropic=anisotropic)
 
 
+def test_a_limit_below_the_fewest_nodes_is_told_with_its_line(tmp_path):
+    points, triangles = 1.0 * np.array([(0, 0), (1, 0), (1, 1), (0, 1)]), [("triangle", [(0, 1, 2), (0, 2, 3)])]
+    meshio.Mesh(np.pad(points, ((0, 0), (0, 1))), triangles, {"u": points[:, 0] ** 2}).write(tmp_path / "u.vtu")
+    text = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: {value: 0.3, maximum: 0.2}\nlimits:\n  max_nodes: 20\n"
+    (tmp_path / "a.yaml").write_text(text)
+    done = command("adapt", "a.yaml", "--solution", "u.vtu", folder=tmp_path)
+    assert done.returncode == 6
+    assert done.stderr.startswith("error: a.yaml:4: limits.max_nodes: 20 nodes are too few: ")
+
+
 @pytest.mark.long
 def test_as_many_nodes_as_before_are_no_more_than_the_limit():
     _, solution = flat(SQUARE)

@@ -458,6 +458,93 @@ def test_messages_tell_given_places(in_folder):
     assert all("e+0" not in text.partition(" at (")[2] for text in told)
 
 
+SQUARE = {"outer": {"polygon": [[3, 52], [3.1, 52], [3.1, 52.1], [3, 52.1]]}}
+SOUTH_WEST, SOUTH_EAST, NORTH_EAST, NORTH_WEST = SQUARE["outer"]["polygon"]
+
+
+def lines(*paths):
+    return [{"type": "LineString", "coordinates": path} for path in paths]
+
+
+def ring(*points):
+    return {"type": "Polygon", "coordinates": [[*points, points[0]]]}
+
+
+def areas(**rings):
+    return [
+        {"type": "Feature", "geometry": ring(*points), "properties": {"name": name}} for name, points in rings.items()
+    ]
+
+
+def labelled(at, *labels):
+    point = {"type": "Point", "coordinates": at}
+    return [{"type": "Feature", "geometry": point, "properties": {"label": label}} for label in labels]
+
+
+U = [NORTH_EAST, SOUTH_EAST, SOUTH_WEST, NORTH_WEST]
+WEST = [SOUTH_WEST, [3.05, 52], [3.05, 52.1], NORTH_WEST]
+IN_FILE, LINES = {"file": "a.geojson"}, SQUARE | {"lines": [{"file": "a.geojson", "join": 50}]}
+REGIONS = {"regions": [{"file": "a.geojson", "name": "name"}]}
+MENDED = {"regions": [{"file": "a.geojson", "name": "name", "repair": {"gap": 20}}]}
+
+
+@pytest.mark.parametrize(
+    ("features", "domain", "told"),
+    [
+        (lines(U, [NORTH_EAST, [3.02, 52.1]]), IN_FILE, "open ends: feature 0 at (3, 52.1), feature 1 at (3.02, 52.1)"),
+        (lines(U, [NORTH_EAST, [3.0001, 52.1]]), IN_FILE | {"join": 20}, "the widest (6.85) at (3.0001, 52.1)"),
+        (lines(U, U[::3], U[::-3]), IN_FILE | {"repair": False}, "1 double line dropped, the first at (3, 52.1)"),
+        (
+            lines([*U, NORTH_EAST], [SOUTH_WEST, [3.2, 52.2]]),
+            IN_FILE | {"open": "skip"},
+            "1 open curve left out, at (3, 52)",
+        ),
+        ([ring(*U[:2], *U[1:])], IN_FILE, "1 duplicate point dropped, the first at (3.1, 52)"),
+        ([ring(U[0], [3.2, 52.1], *U)], IN_FILE, "1 spike dropped, the first at (3.2, 52.1)"),
+        ([ring([2.9, -80], *U[::-1], U[3])], IN_FILE, "1 spike dropped, the first at (2.9, -80)"),
+        ([ring([2.9, 98], *U[::-1], U[3])], IN_FILE, "1 spike dropped"),  # no place of the earth
+        ([ring(U[0], U[2], U[1], U[3])], IN_FILE, "crosses or touches itself at (3.05, 52.0501)"),
+        ([ring(*U[:3], [3.1, 1e200])], IN_FILE, "point 4 at (3.1, 1e+200): coordinates must be finite"),
+        (labelled([3.05, 52.05], "a", "b"), SQUARE | {"points": [IN_FILE]}, "others: 'b' at (3.05, 52.05), where"),
+        (
+            lines([[3.02, 52.02], [3.05, 52.05]], [[3.0501, 52.05], [3.08, 52.06]]),
+            LINES,
+            "1 end of lines joined, the widest gap (6.86) at (3.0501, 52.05)",
+        ),
+        (
+            areas(w=WEST, e=[[3.0501, 52], *U[1::-1], [3.0501, 52.1]]),
+            MENDED,
+            "closed, the widest (6.9) of 'w' and 'e' at (3.0501, 52)",
+        ),
+        (areas(w=WEST, e=[[3.04, 52], *U[1::-1], [3.04, 52.1]]), REGIONS, "overlap by 6.9e+02 at (3.045, 52.05)"),
+        ([], {"outer": {"polygon": [SOUTH_WEST, *U[1::-1], NORTH_EAST, NORTH_WEST]}}, "point (3.1, 52.1) merged"),
+        ([], {"outer": {"rectangle": [3, 52, 3, 52.1]}}, "the ring at (3, 52) has fewer than three different points"),
+    ],
+)
+def test_what_is_told_of_files_and_keys_is_at_given_places(features, domain, told, in_folder):
+    (in_folder / "a.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    try:
+        texts = prepare(case(domain, "4 km", {"from": "EPSG:4326"})).warnings
+    except (CaseError, GeometryError) as error:
+        texts = (str(error),)
+    assert [told in text for text in texts].count(True) == 1, texts
+
+
+def test_hole_points_and_inner_lines_of_a_file_are_places_on_the_earth(in_folder):
+    nodes = [*U[::-1], [3.02, 52.02], [3.04, 52.02], [3.03, 52.04], [3.06, 52.06], [3.08, 52.08]]
+    sides = [(1, 2), (2, 3), (3, 4), (4, 1), (5, 6), (6, 7), (7, 5), (8, 9)]
+    rows = ["9 2 0 0", *(f"{number} {x} {y}" for number, (x, y) in enumerate(nodes, 1))]
+    rows += ["8 0", *(f"{number} {a} {b}" for number, (a, b) in enumerate(sides, 1)), "1", "1 3.03 52.025"]
+    (in_folder / "a.poly").write_text("\n".join(rows) + "\n")
+    domain = prepare(case({"file": "a.poly"}, "2 km")).domain
+    assert shapely.get_num_interior_rings(domain.polygon) == 1
+    (line,) = domain.parts.lines
+    np.testing.assert_allclose(domain.plane.given(np.array(line.vertices)), nodes[-2:])
+    (in_folder / "a.poly").write_text("\n".join(rows[:-1]) + "\n1 3.07 52.03\n")
+    with pytest.raises(GeometryError, match=r"the hole point \(3\.07, 52\.03\) is outside the outer ring"):
+        prepare(case({"file": "a.poly"}, "2 km"))
+
+
 @pytest.mark.parametrize(
     ("keys", "crs", "message"),
     [

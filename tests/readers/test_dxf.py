@@ -115,7 +115,7 @@ class TestDrawings:
     def test_an_arc_is_joined_with_itself(self, drawn):
         path = drawn(lambda document: document.modelspace().add_arc((0, 0), 1, 0, 359.9999))
         ring = domain(path, join=1e-5)
-        assert ring.notes == ("a.dxf: 1 gaps joined, the widest (1.75e-06) at (1, 0)",)
+        assert ring.notes == ("a.dxf: 1 gap joined, the widest (1.75e-06) at (1, 0)",)
         assert ring.polygon.area == pytest.approx(np.pi, rel=1e-3)
 
     def test_a_short_arc_that_is_joined_with_itself_is_nothing(self, drawn):
@@ -139,7 +139,7 @@ class TestDrawings:
         with pytest.raises(GeometryError, match=r"open ends: ARC .* at \(4, 4\), LINE .* at \(4, 4.01\).* set join"):
             domain(path)
         plate = domain(path, join=0.1)
-        assert plate.notes == ("a.dxf: 1 gaps joined, the widest (0.01) at (4, 4)",)
+        assert plate.notes == ("a.dxf: 1 gap joined, the widest (0.01) at (4, 4)",)
         assert plate.polygon.area == pytest.approx(16 + 2 * np.pi, rel=5e-3)
 
     def test_nothing_is_skipped_in_silence(self, drawn):

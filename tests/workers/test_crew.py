@@ -25,6 +25,8 @@ from bubblemesh.errors import (
     RequirementError,
     prefixed,
 )
+from bubblemesh.geometry.geography import Plane
+from bubblemesh.messages import place, tell_places_by, tell_places_of
 from bubblemesh.packing.configure import OptionError
 from bubblemesh.parts.work import Job
 from bubblemesh.run.pipeline import mesh_case
@@ -52,6 +54,21 @@ def test_all_jobs_have_a_result(workers):
         k: k * k for k in range(20)
     }
     assert told == []
+
+
+def refused_at(point):
+    raise GeometryError(f"no place for it at {place(point)}")
+
+
+def test_workers_tell_places_as_this_process_does(workers):
+    pytest.importorskip("pyproj")
+    plane = Plane("EPSG:4326", None, (3.05, 52.05))
+    there = plane.to(np.array([[3.02, 52.01]]))[0]
+    for given, size, text in ((plane.given_place, None, r"\(3.02, 52.01\)"), (None, 1e7, r"\(-2060, -4450\)")):
+        tell_places_by(given)
+        tell_places_of(size)
+        with pytest.raises(GeometryError, match=f"^part 1: no place for it at {text}$"):
+            list(called(workers, refused_at, [Job("part 1", (there,))], print))
 
 
 def test_no_jobs_have_no_results_and_hire_nobody():

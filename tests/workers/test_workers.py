@@ -18,6 +18,7 @@ from batches import LONG, SMALL, Finished, Note, batch, command, follow, lines_o
 
 from bubblemesh.errors import BubblemeshError, CaseError, FileError
 from bubblemesh.files import OWNER
+from bubblemesh.messages import places_now
 from bubblemesh.parts.work import Job
 from bubblemesh.process import resources
 from bubblemesh.workers.crew import answer, crew_of
@@ -174,7 +175,7 @@ def test_an_error_that_does_not_travel_is_told_and_the_process_stays(error):
         with pytest.raises(BubblemeshError, match=r"^Held: a fault$"):
             workers.submit(eval, raising).result()
         with pytest.raises(BubblemeshError, match=r"^Held: a fault$"):
-            workers.submit(answer, eval, raising).result().get()
+            workers.submit(answer, places_now(), eval, raising).result().get()
         assert workers.submit(os.getpid).result() == pid
 
 

@@ -84,7 +84,7 @@ def _closed(curves: Sequence[CompoundCurve], joining: Joining) -> tuple[list[lis
     if 2 * gap.max() > rounding:
         widest = int(gap.argmax())
         gaps = len(np.unique(node[2 * gap > rounding]))
-        notes.append(f"{gaps} gaps joined, the widest ({2 * gap[widest]:.3g}) at {place(ends[widest])}")
+        notes.append(f"{counted(gaps, 'gap')} joined, the widest ({2 * gap[widest]:.3g}) at {place(ends[widest])}")
     open_ = [[_moved(curves[link.curve], link, meet) for link in loop] for loop in _loops(node.reshape(-1, 2))]
     return closed + open_, notes
 
