@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bubblemesh.arrays import LARGEST_NUMBER, Floats, Integers, unmasked
+from bubblemesh.arrays import LARGEST_NUMBER, Booleans, Floats, Integers, first_rows, unmasked
 from bubblemesh.errors import CaseError
 from bubblemesh.files import LARGEST_ID
 from bubblemesh.meshes.partition import Partition
@@ -66,6 +66,29 @@ def checked(mesh: "Mesh") -> dict[str, Any]:
         "ids": _ids(mesh.ids),
         "fields": _fields(mesh.fields, t),
     }
+
+
+def require_edges(mesh: "Mesh") -> None:
+    """Check that facets are edges with a triangle on their left, each once for a label.
+
+    CaseError with the first that is not: it would be another edge, or none, for what takes the mesh.
+    """
+    nodes, right = mesh.facets[:, :2], mesh.sides[:, 0] < 0
+    for wrong, told in (
+        (right & ~mesh.outer, "have no edge: leave it out"),
+        (right, "have their triangle on the right: it has to be counter-clockwise, as its edges have to be"),
+        (_again(np.column_stack([np.sort(nodes, axis=1), mesh.facet_labels])), "are there twice with the same label"),
+    ):
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise CaseError(f"facets: the nodes {nodes[row].tolist()} in row {row} {told}")
+
+
+def _again(rows: Integers) -> Booleans:
+    """Mask (n,) of the rows (n, m) that equal one before them."""
+    again = np.ones(len(rows), bool)
+    again[first_rows(rows)] = False
+    return again
 
 
 def array_of(given: Any, name: str, what: str, *shapes: Shape) -> Any:

@@ -13,7 +13,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import MeshWarning
 from bubblemesh.files import with_home
-from bubblemesh.meshes.checks import checked
+from bubblemesh.meshes.checks import checked, require_edges
 from bubblemesh.meshes.edge_nodes import in_second_order, with_diagonals
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.meshes.mapping import mapped
@@ -22,6 +22,7 @@ from bubblemesh.meshes.partition import Partition
 from bubblemesh.meshes.periodic import PeriodicSides, periodic_sides
 from bubblemesh.meshes.quads import Cells, cell_numbers, cell_sides, cells_of
 from bubblemesh.meshes.quality import Shape, shape_quality
+from bubblemesh.messages import unknown
 from bubblemesh.records import record
 
 
@@ -30,7 +31,9 @@ class Mesh:
     """A conforming triangle mesh of a plane domain.
 
     Arrays may be given as lists. CaseError, which names the argument, if one has another kind or shape than it must
-    have, or holds indices of what is not there; whether triangles overlap or leave gaps is not checked.
+    have, or holds indices of what is not there. That facets are edges, each once for a label and with a triangle on its
+    left, is checked when the mesh is written or given to another library; whether triangles overlap or leave gaps is
+    not checked.
 
     Attributes
     ----------
@@ -81,7 +84,8 @@ class Mesh:
         but a letter behind it, such as ``open_west``, ``open-2`` and ``open 3``.
     ids : mapping of str to int
         Ids of one's own that files give labels, regions and labelled points, by their names there; by default there are
-        none, and all have their numbers from 1. Names of nothing in the mesh do not count.
+        none, and all have their numbers from 1. Names of nothing in the mesh do not count: a MeshWarning tells of them
+        when the mesh is written or given to another library.
     geographic : bool
         Whether the coordinates are longitudes and latitudes, for formats that record this.
     fields : mapping of str to (t,)
@@ -250,6 +254,7 @@ class Mesh:
         """
         from bubblemesh.meshfiles.libraries import to_meshio
 
+        self._require_sound()
         return to_meshio(self, columns)
 
     def to_pyvista(self) -> Any:
@@ -260,6 +265,7 @@ class Mesh:
         """
         from bubblemesh.meshfiles.libraries import to_pyvista
 
+        self._require_sound()
         return to_pyvista(self)
 
     def to_skfem(self) -> Any:
@@ -269,6 +275,7 @@ class Mesh:
         """
         from bubblemesh.meshfiles.libraries import to_skfem
 
+        self._require_sound()
         return to_skfem(self)
 
     def to_dolfinx(self, comm: Any = None) -> tuple[Any, Any, Any]:
@@ -280,6 +287,7 @@ class Mesh:
         """
         from bubblemesh.meshfiles.libraries import to_dolfinx
 
+        self._require_sound()
         return to_dolfinx(self, comm)
 
     def plot(
@@ -347,10 +355,21 @@ class Mesh:
         Raises
         ------
         CaseError
-            If the ending is unknown, or its format cannot hold triangles of this order.
+            If the ending is unknown, its format cannot hold triangles of this order, or facets are no edges.
         FileError
             If a file cannot be written; then nothing is written.
         """
         from bubblemesh.meshfiles.writing import write_mesh
 
+        self._require_sound()
         return write_mesh(self, Path(with_home(path)), sidecars=sidecars)
+
+    def _require_sound(self) -> None:
+        """Check what files and libraries rely on: facets that are edges; ids of unknown names are a MeshWarning."""
+        from bubblemesh.meshfiles.groups import group_names
+
+        require_edges(self)
+        known = group_names(self) if self.ids else {}
+        for name in self.ids.keys() - known.keys():
+            text = unknown("label, region or point", name, known)
+            warnings.warn(f"ids: {text}", MeshWarning, stacklevel=3)
