@@ -289,10 +289,10 @@ def test_an_error_of_a_picture_travels_between_processes(disc):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"limits": "x"}, "range: give two numbers"),
-        ({"limits": 3}, "range: give two numbers"),
-        ({"limits": (0, "1")}, "range: give two numbers"),
-        ({"limits": (1, 0)}, "range: give two numbers"),
+        ({"limits": "x"}, "limits: give two numbers"),
+        ({"limits": 3}, "limits: give two numbers"),
+        ({"limits": (0, "1")}, "limits: give two numbers"),
+        ({"limits": (1, 0)}, "limits: give two numbers"),
         ({"view": (0, 0, 1)}, "view: give numbers x0 y0 x1 y1"),
         ({"view": (0, 1, 1, 1)}, "view: give numbers x0 y0 x1 y1"),
         ({"width": "x"}, "width: is 'x': it has to be between"),
@@ -302,6 +302,14 @@ def test_an_error_of_a_picture_travels_between_processes(disc):
 def test_options_of_pictures_have_to_be_numbers(options, told, disc):
     with pytest.raises(CaseError, match=told):
         disc.plot(**options)
+
+
+def test_a_mesh_without_triangles_has_no_quality_and_no_picture(tmp_path):
+    empty = bubblemesh.Mesh([], [], [], [], [])
+    for take in (empty.quality, empty.plot, lambda: empty.plot(tmp_path / "a.png")):
+        with pytest.raises(CaseError, match="^triangles: the mesh has none"):
+            take()
+    assert "<img" not in empty._repr_html_()
 
 
 def test_limits_of_a_picture_may_be_an_array(disc):

@@ -68,6 +68,12 @@ def checked(mesh: "Mesh") -> dict[str, Any]:
     }
 
 
+def require_triangles(mesh: "Mesh") -> None:
+    """Check that there is something to measure and to draw; CaseError if there is not."""
+    if len(mesh.triangles) == 0:
+        raise CaseError("triangles: the mesh has none: only one with triangles has a quality and a picture")
+
+
 def require_edges(mesh: "Mesh") -> None:
     """Check that facets are edges with a triangle on their left, each once for a label.
 

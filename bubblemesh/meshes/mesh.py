@@ -13,7 +13,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import MeshWarning
 from bubblemesh.files import with_home
-from bubblemesh.meshes.checks import checked, require_edges
+from bubblemesh.meshes.checks import checked, require_edges, require_triangles
 from bubblemesh.meshes.edge_nodes import in_second_order, with_diagonals
 from bubblemesh.meshes.edges import find_sides
 from bubblemesh.meshes.mapping import mapped
@@ -213,8 +213,9 @@ class Mesh:
         """Mean, least and first percentile of the triangles' radius ratios, their histogram, and extreme angles.
 
         Radius ratios are those in the metric if the mesh has one for its triangles; angles are those in space. Boundary
-        layers are included, unlike in reports.
+        layers are included, unlike in reports. CaseError if there are no triangles.
         """
+        require_triangles(self)
         return shape_quality(measures_of(self.points, self.triangles[:, :3], self.fields))
 
     @classmethod
@@ -328,12 +329,14 @@ class Mesh:
         Raises
         ------
         CaseError
-            If the ending, the colouring or an option is unknown, or data fits neither the triangles nor the nodes.
+            If the ending, the colouring or an option is unknown, data fits neither the triangles nor the nodes, or there
+            are no triangles.
         FileError
             If the picture cannot be written.
         """
         from bubblemesh.pictures.python import plotted
 
+        require_triangles(self)
         return plotted(self, path, ax, fields, {"color": color, "title": title, "style": style, **options})
 
     def _repr_html_(self) -> str:

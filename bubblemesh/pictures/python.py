@@ -6,6 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
@@ -16,9 +17,10 @@ from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.messages import printable
 from bubblemesh.pictures.colouring import MeshData, data_of
 from bubblemesh.pictures.plots import draw_into, draw_mesh, mesh_figure, small_png
-from bubblemesh.pictures.styles import PlotOptions, plot_options
+from bubblemesh.pictures.styles import PlotOptionError, PlotOptions, plot_options
 
 MOST_DRAWN = 200_000  # triangles; more take too long for a picture that comes unasked
+ARGUMENTS = {"range": "limits"}  # for options of the command line that are called differently there
 SMALL = PlotOptions(width=100, dpi=110, axes=False)
 
 
@@ -26,6 +28,15 @@ def plotted(
     mesh: Mesh, path: Path | str | None, ax: Axes | None, fields: Mapping[str, Floats], options: Mapping[str, Any]
 ) -> Figure | SubFigure:
     """Figure of a mesh, drawn into axes if there are any, else written to a path if there is one; see `Mesh.plot`."""
+    try:
+        return _plotted(mesh, path, ax, fields, options)
+    except PlotOptionError as error:
+        raise PlotOptionError(ARGUMENTS.get(error.option, error.option), error.problem) from None
+
+
+def _plotted(
+    mesh: Mesh, path: Path | str | None, ax: Axes | None, fields: Mapping[str, Floats], options: Mapping[str, Any]
+) -> Figure | SubFigure:
     shown, data = plot_options(options), data_of(mesh, fields)
     if not isinstance(ax, Axes | None):
         raise CaseError(f"ax: must be axes of a matplotlib figure (found {type(ax).__name__})")
@@ -38,10 +49,9 @@ def plotted(
 
 
 def thumbnail(mesh: Mesh) -> str:
-    """HTML with the mesh in words, below a picture unless it is too large or has no area."""
+    """HTML with the mesh in words, below a picture unless that is too large or has no area."""
     words = f"<div>{escape(printable(repr(mesh)))}</div>"
-    (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    if len(mesh.triangles) > MOST_DRAWN or not (x0 < x1 and y0 < y1):
+    if not 0 < len(mesh.triangles) <= MOST_DRAWN or not np.ptp(mesh.points, axis=0).all():
         return words
     picture = base64.b64encode(small_png(mesh, SMALL, MeshData(mesh.fields))).decode()
     return f'<div><img alt="" src="data:image/png;base64,{picture}">{words}</div>'

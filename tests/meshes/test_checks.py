@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from squares import holed_square
 
-from bubblemesh import Mesh
+from bubblemesh import Mesh, MeshWarning
 from bubblemesh.errors import CaseError
 
 LISTS = {
@@ -88,6 +88,37 @@ def test_lists_are_as_good_as_arrays(tmp_path):
 def test_what_does_not_fit_is_told(given, told):
     with pytest.raises(CaseError, match=f"^{re.escape(told)}"):
         dataclasses.replace(SQUARE, **given)
+
+
+@pytest.mark.parametrize(
+    ("facets", "told"),
+    [
+        ([[0, 1], [1, 2], [2, 3], [3, 1]], "the nodes [3, 1] in row 3 have no edge"),
+        ([[0, 1], [1, 2], [2, 3], [0, 0]], "the nodes [0, 0] in row 3 have no edge"),
+        ([[0, 1], [2, 1], [2, 3], [3, 0]], "the nodes [2, 1] in row 1 have their triangle on the right"),
+        ([[0, 1], [0, 1], [2, 3], [3, 0]], "the nodes [0, 1] in row 1 are there twice with the same label"),
+        ([[0, 2], [2, 0], [2, 3], [3, 0]], "the nodes [2, 0] in row 1 are there twice with the same label"),
+    ],
+)
+def test_facets_that_others_would_take_for_other_edges_are_told(facets, told, tmp_path):
+    mesh = dataclasses.replace(SQUARE, facets=facets)
+    for take in (lambda: mesh.write(tmp_path / "a.inp"), mesh.to_skfem, mesh.to_meshio):
+        with pytest.raises(CaseError, match=f"^{re.escape(f'facets: {told}')}"):
+            take()
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_inner_edge_may_run_either_way_and_have_two_labels():
+    mesh = dataclasses.replace(SQUARE, facets=[[0, 1], [0, 2], [2, 0], [3, 0]])
+    mesh = dataclasses.replace(mesh, facet_labels=[0, 0, 1, 1])
+    assert {name: len(edges) for name, edges in mesh.to_skfem().boundaries.items()} == {"a": 2, "b": 2}
+
+
+def test_ids_of_what_is_not_in_the_mesh_are_told(tmp_path):
+    mesh = dataclasses.replace(SQUARE, ids={"a": 5, "bb": 7})
+    with pytest.warns(MeshWarning, match=r"^ids: unknown label, region or point 'bb'; did you mean 'b'\?") as told:
+        mesh.write(tmp_path / "a.msh")
+    assert told[0].filename == __file__
 
 
 def test_a_facet_that_is_no_edge_has_no_node_of_second_order():
