@@ -307,7 +307,7 @@ def test_options_of_pictures_have_to_be_numbers(options, told, disc):
 def test_a_mesh_without_triangles_has_no_quality_and_no_picture(tmp_path):
     empty = bubblemesh.Mesh([], [], [], [], [])
     for take in (empty.quality, empty.plot, lambda: empty.plot(tmp_path / "a.png")):
-        with pytest.raises(CaseError, match="^triangles: the mesh has none"):
+        with pytest.raises(CaseError, match=r"^triangles: the mesh has none"):
             take()
     assert "<img" not in empty._repr_html_()
 

@@ -329,8 +329,8 @@ class Mesh:
         Raises
         ------
         CaseError
-            If the ending, the colouring or an option is unknown, data fits neither the triangles nor the nodes, or there
-            are no triangles.
+            If the ending, the colouring or an option is unknown, data fits neither the triangles nor the nodes, or the
+            mesh has no triangles.
         FileError
             If the picture cannot be written.
         """

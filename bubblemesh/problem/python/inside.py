@@ -16,7 +16,7 @@ from bubblemesh.geometry.following import Following, followed_together
 from bubblemesh.geometry.line_ends import shared_vertices
 from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring, as_point
 from bubblemesh.geometry.rings import LineTo, open_path
-from bubblemesh.problem.python.shapes import Shape, areas_of, lines_of, points_of
+from bubblemesh.problem.python.shapes import Shape, areas_of, lines_of, some_points_of
 from bubblemesh.records import record
 
 Regions: TypeAlias = Mapping[str, Shape]
@@ -78,7 +78,7 @@ class ProgramParts:
             argument = f"points[{name!r}]"
             array = shapely.get_coordinates(given) if isinstance(given, shapely.Geometry) else given
             one = np.ndim(array) == 1 and np.size(array) == 2
-            places = points_of([array] if one else array, argument, SOME_POINTS).points
+            places = some_points_of([array] if one else array, argument, SOME_POINTS, "point").points
             found += [InnerPoint(as_point(place), name, Key([argument])) for place in places]
         return found
 

@@ -54,7 +54,7 @@ def lines_of(shape: Any, argument: str, expected: str) -> list[ProgramPoints]:
     CaseError, with what is ``expected``, if it is no line and no array of points; GeometryError if it is empty.
     """
     if not isinstance(shape, shapely.Geometry):
-        return [points_of(shape, argument, expected)]
+        return [some_points_of(shape, argument, expected, "line")]
     if not isinstance(shape, shapely.LineString | shapely.MultiLineString):
         raise CaseError(f"{argument}: must be {expected} (found {type(shape).__name__})")
     return [
@@ -79,6 +79,14 @@ def points_of(given: Any, argument: str, expected: str = A_RING) -> ProgramPoint
     return ProgramPoints(array, argument)
 
 
+def some_points_of(given: Any, argument: str, expected: str, noun: str) -> ProgramPoints:
+    """Points as of `points_of`, of what the noun names; GeometryError if there are none."""
+    found = points_of(given, argument, expected)
+    if len(found.points) == 0:
+        raise _empty(argument, noun)
+    return found
+
+
 def listed(given: Any, argument: str) -> "Sequence[Any] | Floats":
     """Rings, one after the other; CaseError if they are not a list."""
     if not isinstance(given, Sequence | np.ndarray):
@@ -96,6 +104,12 @@ def _filled(shape: shapely.Geometry, argument: str, noun: str) -> list[tuple[int
     """Parts of a shape that are not empty, with their numbers in it; GeometryError if there is none."""
     parts = [(k, part) for k, part in enumerate(shapely.get_parts(shape).tolist()) if not part.is_empty]
     if not parts:
-        with about(Key([argument])):
-            raise GeometryError(f"the {noun} is empty")
+        raise _empty(argument, noun)
     return parts
+
+
+def _empty(argument: str, noun: str) -> GeometryError:
+    """Error about an argument in which there is nothing, so that its name would be lost."""
+    error = GeometryError(f"the {noun} is empty")
+    error.about = Key([argument])
+    return error
