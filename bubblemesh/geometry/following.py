@@ -1,6 +1,6 @@
 """Rings of many short edges, followed as curves between vertices that stay nodes; and the deviation of a mesh."""
 
-from collections.abc import Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -9,10 +9,11 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.errors import GeometryError
+from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.cubic_splines import CubicSpline
 from bubblemesh.geometry.curves import shares_before, turning
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.line_ends import shared_vertices
 from bubblemesh.geometry.paths import Area, Curve, Line, OpenPath, Point, Polyline, Ring, Side, Spline
 from bubblemesh.messages import place
 from bubblemesh.records import record
@@ -61,10 +62,11 @@ class Following:
             vertices += [corners[first] for first in curves]
         return replace(ring, sides=tuple(sides), vertices=tuple(vertices), given=ring.outline)
 
-    def along(self, line: OpenPath, stay: Set[Point]) -> OpenPath:
+    def along(self, line: OpenPath, stay: Set[Point], *, shared: bool = False) -> OpenPath:
         """The line with its straight sides followed as curves between the vertices that stay nodes; its ends do.
 
-        Vertices in ``stay`` also stay nodes. GeometryError as for a ring.
+        Vertices in ``stay`` also stay nodes. If some of its edges are ``shared`` with rings or other lines, the curves
+        do not depend on its direction. GeometryError as for a ring.
         """
         if len(line.vertices) < 3:
             return line
@@ -78,7 +80,8 @@ class Following:
         stops = np.flatnonzero([True, *inner.tolist(), True]).tolist()
         for begin, end in pairwise(stops):
             run, corners = line.sides[begin], line.vertices[begin : end + 1]
-            curves = self._curves(np.array(corners), True) if straight[begin] else {0: run.curve}
+            followed = self._either_way if shared else self._curves
+            curves = followed(np.array(corners), True) if straight[begin] else {0: run.curve}
             sides += [Side(curve, run.label) for curve in curves.values()]
             vertices += [corners[first] for first in curves]
         return replace(line, sides=tuple(sides), vertices=(*vertices, line.vertices[-1]))
@@ -133,10 +136,50 @@ class Following:
             )
 
 
-def followed_together(areas: Sequence[Area], follow: Following) -> list[Area]:
+def all_followed(
+    follow: Following, areas: Sequence[Area], regions: Sequence[Area], lines: Sequence[OpenPath]
+) -> tuple[list[Area], list[Area], list[OpenPath]]:
+    """Areas, regions in them and lines, followed as curves that they share where they have the same edges.
+
+    Where such edges begin and end splines do so, too. GeometryError, about the ring or line, as for a ring.
+    """
+    rings = [ring for area in (*areas, *regions) for ring in area.rings]
+    chains = [*(ring.vertices[-1:] + ring.vertices + ring.vertices[:1] for ring in rings), *(o.vertices for o in lines)]
+    owners = dict[frozenset[Point], set[int]]()
+    for number, chain in enumerate(chains):
+        for edge in pairwise(chain):
+            owners.setdefault(frozenset(edge), set()).add(number)
+    ends = set[Point]()
+    if follow.smooth or follow.tolerance is not None:  # polylines are the same wherever they begin
+        ends = {vertex for chain in chains for vertex, before, after in _owned(chain, owners) if before != after}
+
+    def of_ring(ring: Ring) -> Ring:
+        with about(ring.key):
+            return follow(ring, ends.intersection(ring.vertices))
+
+    def of_line(line: OpenPath) -> OpenPath:
+        within = {v for v, before, after in _owned(line.vertices, owners) if before == after and len(before) > 1}
+        with about(line.key):
+            return follow.along(line, touched - within, shared=bool(within))
+
+    touched = shared_vertices(lines, rings)
+    around = [area.mapped(of_ring) for area in areas]
+    return around, followed_together(regions, follow, ends), [of_line(line) for line in lines]
+
+
+def _owned(
+    chain: Sequence[Point], owners: Mapping[frozenset[Point], set[int]]
+) -> Iterator[tuple[Point, set[int], set[int]]]:
+    """Inner vertices of a chain, and the owners of the edges before and after each."""
+    for before, vertex, after in zip(chain, chain[1:], chain[2:], strict=False):
+        yield vertex, owners[frozenset((before, vertex))], owners[frozenset((vertex, after))]
+
+
+def followed_together(areas: Sequence[Area], follow: Following, ends: Set[Point] = frozenset()) -> list[Area]:
     """Areas with exactly shared borders, followed as curves that they share.
 
-    Vertices stay nodes where they do in any of the rings, and where a border between two areas begins or ends.
+    Vertices stay nodes where they do in any of the rings, where a border between two areas begins or ends, and where
+    borders with others have their ``ends``.
     """
     rings = [ring for area in areas for ring in area.rings]
     at: dict[Point, set[int]] = {}
@@ -145,7 +188,7 @@ def followed_together(areas: Sequence[Area], follow: Following) -> list[Area]:
         for k, vertex in enumerate(ring.vertices):
             at.setdefault(vertex, set()).add(number)
             along.setdefault(frozenset((ring.vertices[k - 1], vertex)), set()).add(number)
-    stay = set[Point]()
+    stay = {vertex for ring in rings for vertex in ring.vertices if vertex in ends}
     for ring in rings:
         corners = ring.vertices
         for before, vertex, after, fixed in zip(

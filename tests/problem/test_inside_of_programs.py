@@ -68,6 +68,27 @@ def test_neighbours_are_followed_as_one_curve():
 
 
 @pytest.mark.parametrize(
+    ("rule", "way"),
+    [({}, 1), ({"smooth": True}, -1), ({"tolerance": 0.05}, -1), ({"smooth": True, "tolerance": 0.05}, 1)],
+)
+def test_lines_and_regions_share_curves_with_the_rings_that_they_run_along(rule, way):
+    rim = list(DISC.exterior.coords)
+    mesh = bubblemesh.mesh(
+        DISC,
+        0.15,
+        regions={"quarter": DISC.intersection(shapely.box(0, 0, 1, 1))},
+        lines={"inlet": rim[20:30][::way], "outlet": [*rim[35:45], (0, 0)][::way]},
+        corners=30,
+        **rule,
+        effort="fast",
+    )
+    check_embedded(mesh)
+    assert length(mesh, "inlet") == pytest.approx(9 / 64 * np.pi, rel=5e-3)
+    assert areas(mesh)["quarter"] == pytest.approx(np.pi / 16, rel=0.03)
+    assert len(mesh.facets[mesh.facet_labels == mesh.labels.index("inlet")]) < 9  # not each vertex is a node
+
+
+@pytest.mark.parametrize(
     ("arguments", "error", "match"),
     [
         ({"regions": [DISC]}, CaseError, "regions: must be a mapping of names to shapes .found list"),

@@ -173,7 +173,7 @@ def coincident(boundary: Boundary, pairs: NearChords, size: float) -> Booleans:
     separate within half a chord, or are so similar that `require_separation` refuses them.
     """
     result = np.zeros(len(pairs.p), bool)
-    curved = boundary.curved[pairs.p] & boundary.curved[pairs.q] & (pairs.p != pairs.q)
+    curved = (boundary.curved[pairs.p] | boundary.curved[pairs.q]) & (pairs.p != pairs.q)
     found = np.flatnonzero(curved)
     found = found[_is_on(boundary, select(pairs, found), 0.0, size)]
     rest = select(pairs, found)

@@ -52,8 +52,8 @@ class ProgramRings:
         outer = [next(names) for _ in areas]
         found = []
         for (first, *others), name in zip(areas, outer, strict=True):
-            found.append(Area(first.ring(name, following), tuple(o.ring(next(names), following) for o in others)))
-        return Domain.of_areas(found, self.inside.parts(following, [ring for area in found for ring in area.rings]))
+            found.append(Area(first.ring(name), tuple(other.ring(next(names)) for other in others)))
+        return Domain.of_areas(*self.inside.within(found, following))
 
     def _areas(self) -> list[list[ProgramPoints]]:
         """Rings of each area, the outer one first."""

@@ -12,9 +12,8 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, Key, about
 from bubblemesh.files import require_name
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region
-from bubblemesh.geometry.following import Following, followed_together
-from bubblemesh.geometry.line_ends import shared_vertices
-from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, Ring, as_point
+from bubblemesh.geometry.following import Following, all_followed
+from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, as_point
 from bubblemesh.geometry.rings import LineTo, open_path
 from bubblemesh.problem.python.shapes import Shape, areas_of, lines_of, some_points_of
 from bubblemesh.records import record
@@ -41,29 +40,25 @@ class ProgramParts:
         """Whether there is anything, by the argument."""
         return {name: getattr(self, name) is not None for name in ("regions", "lines", "points")}
 
-    def parts(self, following: Following | None, around: Sequence[Ring]) -> InnerParts:
-        """The inner parts of a domain within some rings; borders and lines are followed as curves if there is a rule.
+    def within(self, areas: Sequence[Area], follow: Following | None) -> tuple[Sequence[Area], InnerParts]:
+        """The areas of a domain, and the inner parts; rings and lines are followed as curves if there is a rule.
 
         CaseError if an argument is of the wrong kind; GeometryError, about the argument, if it is empty or invalid.
         """
-        regions = self._regions(following)
-        rings = [*around, *(ring for region in regions for ring in region.area.rings)]
-        lines = self._lines()
-        if following is not None:
-            stay = shared_vertices(lines, rings)
-            lines = [following.along(line, stay) for line in lines]
-        return InnerParts(tuple(regions), lines=tuple(lines), points=tuple(self._points()))
+        regions, lines = self._regions(), self._lines()
+        if follow is not None:
+            areas, regions, lines = all_followed(follow, areas, regions, lines)
+        numbered = [Region(area, str(area.name), f"{area.name}-rim", entry) for entry, area in enumerate(regions)]
+        return areas, InnerParts(tuple(numbered), lines=tuple(lines), points=tuple(self._points()))
 
-    def _regions(self, following: Following | None) -> list[Region]:
+    def _regions(self) -> list[Area]:
         areas = list[Area]()
         for name, shape in _named("regions", self.regions):
             if name == InnerParts().rest:
                 raise CaseError(f"regions: {name!r} is the name of what regions leave of the domain: rename it")
             for outer, *holes in areas_of(shape, f"regions[{name!r}]", A_REGION):
                 areas.append(Area(outer.ring(None), tuple(hole.ring(None) for hole in holes), name))
-        if following is not None:
-            areas = followed_together(areas, following)
-        return [Region(area, str(area.name), f"{area.name}-rim", entry) for entry, area in enumerate(areas)]
+        return areas
 
     def _lines(self) -> list[OpenPath]:
         return [

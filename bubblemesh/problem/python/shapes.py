@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from bubblemesh.arrays import Floats, unmasked
 from bubblemesh.errors import CaseError, GeometryError, Key, about
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.following import Following
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.records import record
 
@@ -27,11 +26,10 @@ class ProgramPoints:
     points: Floats
     argument: str
 
-    def ring(self, label: str | None, following: Following | None = None) -> Ring:
-        """The ring through the points, followed as a curve if there is a rule."""
+    def ring(self, label: str | None) -> Ring:
+        """The ring through the points."""
         with about(Key([self.argument])):
-            ring = replace(rings.polygon(self.points.tolist(), label=label), key=Key([self.argument]))
-            return ring if following is None else following(ring)
+            return replace(rings.polygon(self.points.tolist(), label=label), key=Key([self.argument]))
 
 
 def areas_of(shape: Any, argument: str, expected: str) -> list[list[ProgramPoints]]:

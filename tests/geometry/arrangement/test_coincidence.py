@@ -65,6 +65,15 @@ def test_arcs_that_are_parted_at_other_places():
     assert domain.boundary.inner.sum() == 8
 
 
+@pytest.mark.parametrize("start", [0, 3, 19])
+def test_straight_lines_that_follow_a_part_of_a_polyline(start):
+    ring = [on_circle(angle) for angle in 2 * np.pi * np.arange(20) / 20]
+    middle = np.mean([ring[start], ring[start - 1]], axis=0).tolist()
+    wire = [middle, ring[start], ring[(start + 1) % 20]]
+    domain = domain_of(f"domain: {{outer: {{polygon: {ring}, corners: 30}}, lines: [{{path: {wire}, label: w}}]}}")
+    assert lengths(domain)["w"] == 1.5 * 0.6 * np.sin(np.pi / 20)
+
+
 @pytest.mark.parametrize("hole", [DISC, arcs(parted(2, 0.0)), arcs(parted(3, 1.0))])
 def test_a_region_beside_half_of_a_hole_has_the_hole_s_pieces(hole):
     half = (
