@@ -64,11 +64,17 @@ class Solution:
     def of(cls, points: Floats, triangles: Integers, values: Floats, name: str = "u") -> "Solution":
         """Solution with real or complex values (n,) or (n, k) at points (n, 2) of triangles (t, 3) of any orientation.
 
+        Points in the same place become one where their values agree, as where each triangle has points of its own.
+
         Raises
         ------
         CaseError
-            If shapes or kinds of numbers do not fit, a value is no number, or a triangle has no area; with its place.
+            If shapes or kinds of numbers do not fit, a value is no number, a triangle has no area, or the values jump
+            nearly everywhere; with its place.
         """
+        # Imported here since few programs make a solution.
+        from bubblemesh.meshfiles.merging import joined
+
         points = finite(points, "points", ("n", 2))
         n = len(points)
         triangles = indices(triangles, "triangles", n, "node", ("t", 3))
@@ -82,6 +88,7 @@ class Solution:
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
         if len(bad):
             raise CaseError(f"{name} is not a number at node {bad[0]} (counted from 0), at {place(points[bad[0]])}")
+        points, triangles, values = joined(points, triangles, values, name, float(np.finfo(float).eps))
         areas = signed_areas(points, triangles)
         flat = np.flatnonzero(areas == 0)
         if len(flat):

@@ -139,3 +139,14 @@ def test_a_solution_and_a_domain_equal_nothing_but_themselves():
 def test_what_is_the_same_everywhere_but_for_rounding_is_constant(values, constant):
     corners = np.array([[0.0, 0], [1, 0], [0, 1]])
     assert Solution.of(corners, np.array([[0, 1, 2]]), np.array(values, float)).constant is constant
+
+
+def test_points_of_each_triangle_s_own_become_those_of_a_continuous_solution():
+    mesh = mesh_of(SQUARE, 0.3)
+    points, triangles = mesh.points[mesh.triangles].reshape(-1, 2), np.arange(3 * len(mesh.triangles)).reshape(-1, 3)
+    solution = Solution.of(points, triangles, points @ [1.0, 2.0])
+    assert len(solution.points) == len(mesh.points)
+    np.testing.assert_allclose(solution.values[:, 0], solution.points @ [1.0, 2.0])
+    assert refusal(SQUARE, solution.points, solution.triangles) is None
+    with pytest.raises(CaseError, match="w jumps from cell to cell, and the estimate takes a continuous solution"):
+        Solution.of(points, triangles, np.repeat(np.arange(len(triangles)), 3), "w")
