@@ -77,6 +77,8 @@ class Target:
             raise CaseError(f"{error}: must be a share of the gradient's norm, between 0 and 1 (found {self.error!r})")
         if self.nodes is not None and not is_whole(self.nodes, 3):
             raise CaseError(f"{nodes}: must be a whole number of at least 3 (found {self.nodes!r})")
+        if not isinstance(self.anisotropic, bool | np.bool_):
+            raise CaseError(f"{self.called('anisotropic')}: must be true or false (found {self.anisotropic!r})")
 
     def called(self, argument: str) -> str:
         """Name of an argument in messages."""
@@ -90,7 +92,7 @@ class Target:
     @property
     def figures(self) -> dict[str, float | None]:
         """The goal as reports hold it."""
-        return {"error": self.error, "nodes": self.nodes, "anisotropic": self.anisotropic}
+        return {"error": self.error, "nodes": self.nodes, "anisotropic": bool(self.anisotropic)}
 
 
 def adapted(

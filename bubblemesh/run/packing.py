@@ -51,6 +51,11 @@ class RunOptions:
     crew: Crew = alone
     keeping: Keeping = IN_MEMORY
 
+    def __post_init__(self) -> None:
+        for name, given, of in (("on_round", self.on_round, "round"), ("on_share", self.on_share, "share")):
+            if not callable(given):
+                raise CaseError(f"{name}: must be a function of the {of} that is done (found {given!r})")
+
 
 @record
 class CutShort:

@@ -360,6 +360,8 @@ def test_figures_of_an_adaptation_are_plain_numbers(plate, values):
         ({"exact": "x +"}, "^exact: "),
         ({"exact": "1e400"}, r"^exact: the exact solution has no gradient at "),
         ({"exact": 3}, r"^exact: must be an expression in x and y \(found 3\)"),
+        ({"anisotropic": "no"}, r"^anisotropic: must be true or false \(found 'no'\)"),
+        ({"on_round": 5}, r"^on_round: must be a function of the round that is done \(found 5\)"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(plate, options, message):
