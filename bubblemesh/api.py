@@ -65,9 +65,11 @@ def mesh(
         The holes of a polygon are kept, and each of its vertices becomes a node unless ``corners`` is given. Several
         polygons become separate pieces of one mesh. An array holds the points of the outer ring.
     spacing : float, str, mapping or callable
-        Wanted edge length in the unit of the geometry: a number, an expression in x and y, a mapping of terms as in a
-        case file (whose files are relative to the working directory), or a function of the coordinates x (n,) and
-        y (n,) of many points that returns the (n,) values there.
+        Wanted edge length in the unit of the geometry: a number, an expression in x and y, a function of the
+        coordinates x (n,) and y (n,) of many points that returns the (n,) values there, or a mapping of terms as in a
+        case file (whose files are relative to the working directory), among them a ``function`` or a list of such:
+        ``{"function": f, "growth": 0.2}``. Functions are called a little outside of the domain, too, and may give NaN
+        there.
     holes : sequence of arrays (n, 2), optional
         Points of each hole, if the outer ring is an array too.
     labels : sequence or mapping of str, optional
@@ -79,7 +81,8 @@ def mesh(
         one region. What they leave is the region ``domain``. Their sides have labels as ``core-rim``.
     lines : mapping of str, optional
         Lines inside, by their labels, whose edges are edges of the mesh: a shapely.LineString, a MultiLineString, or
-        an array (n, 2) of points.
+        an array (n, 2) of points. A line on the boundary labels that part of it, such as one side:
+        ``{"inlet": [(0, 0), (0, 1)]}``.
     points : mapping of str, optional
         Points inside that are nodes, by their labels: (x, y), or several as an array (n, 2).
     corners, smooth, tolerance

@@ -16,6 +16,7 @@ import shapely
 import skfem
 from invariants import check_mesh
 from paths import ROOT
+from scipy.interpolate import RegularGridInterpolator
 from skfem.io.meshio import from_meshio
 
 import bubblemesh
@@ -23,6 +24,7 @@ from bubblemesh.errors import CaseError, FileError, GeometryError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.paths import Area
+from bubblemesh.spacing.terms.field import MeshField
 
 PAGE = ROOT / "docs" / "api.md"
 with np.errstate(invalid="ignore"):
@@ -454,7 +456,8 @@ def test_a_spacing_may_grow_with_the_distance_from_a_label(spacing):
             lambda x, y: 0.1 if x < 1 else 0.2,
             r"fails for arrays of coordinates \(The truth value .* np\.where in place of if",
         ),
-        (lambda point: 0.1, "takes 1 positional argument"),
+        (lambda point: 0.1, "spacing: the function has to take x and y, two arrays .too many positional arguments"),
+        (lambda x, y: 0.1 / math.sqrt(x[0]), r"the function fails at \(0, 0\) \(ZeroDivisionError: "),
         (math.inf, "is inf: it has to be positive and finite"),
         (np.array([0.1, 0.2]), "must be a number"),
         (lambda x, y: None, "type object"),
@@ -472,9 +475,55 @@ def test_an_error_of_the_function_itself_is_the_cause():
     def broken(x, y):
         raise RuntimeError("no data")
 
-    with pytest.raises(CaseError, match=r"the function fails \(RuntimeError: no data\): correct it") as told:
+    with pytest.raises(CaseError, match=r"the function fails at \(.*\) \(RuntimeError: no data\): ") as told:
         bubblemesh.mesh(PLATE, broken)
     assert isinstance(told.value.__cause__, RuntimeError)
+
+
+def test_a_function_that_has_no_value_around_the_domain_is_told_where():
+    table = RegularGridInterpolator((np.linspace(0, 2, 5), np.linspace(0, 1, 5)), np.full((5, 5), 0.3))
+    with pytest.raises(
+        CaseError, match=r"fails at \(-.e-09, .* out of bounds .* outside of the domain, where .* NaN will"
+    ):
+        bubblemesh.mesh(PLATE, lambda x, y: table((x, y)))
+    table.bounds_error = False  # then it gives NaN there
+    assert len(bubblemesh.mesh(PLATE, lambda x, y: table((x, y))).points) > 20
+
+
+def test_an_error_of_the_package_within_a_function_names_the_argument():
+    def broken(x, y):
+        return bubblemesh.Mesh.read("no.msh")
+
+    for spacing, argument in ((broken, "spacing"), ({"function": broken}, "spacing.function")):
+        with pytest.raises(FileError, match=re.escape(f"mesh(): {argument}: no.msh: ")):
+            bubblemesh.mesh(PLATE, spacing)
+
+
+def test_functions_are_terms_beside_others():
+    field = MeshField.of([[0, 0], [2, 0], [2, 1], [0, 1]], [[0, 1, 2], [0, 2, 3]], [0.1, 0.4, 0.4, 0.1])
+    alone = bubblemesh.mesh(PLATE, lambda x, y: 0.1 + 0.15 * x)
+    for function, away in ((lambda x, y: 0.1 + 0.15 * x, 0), (field, 1e-3)):  # one is rounded and continued otherwise
+        same = bubblemesh.mesh(PLATE, {"function": function})
+        np.testing.assert_allclose(same.points, alone.points, rtol=0, atol=away)
+    held = bubblemesh.mesh(PLATE, {"function": [field, lambda x, y: 1 + x], "maximum": 0.2, "growth": 0.05})
+    x = held.points[held.triangles].mean(axis=1)[:, 0]
+    assert held.fields["target_spacing"].max() < 0.2
+    np.testing.assert_allclose(held.fields["target_spacing"], 0.1 + 0.05 * x, rtol=0.1)  # around the hole it is farther
+
+
+@pytest.mark.parametrize(
+    ("spacing", "text"),
+    [
+        ({"function": 3}, r"spacing.function: must be a function of arrays x and y \(found 3\)"),
+        ({"function": [max, "x"]}, "spacing.function.1: must be a function of arrays x and y"),
+        ({"value": math.hypot}, "spacing.value: is a function, or data like one: give it as 'function'"),
+        ({"function": lambda x, y: x - 1}, r"spacing.function: is -1 at \(0, "),
+        ({"function": [np.hypot, lambda x, y: "a"]}, "spacing.function.1: the function gives values of type <U1"),
+    ],
+)
+def test_functions_among_terms_that_are_none(spacing, text):
+    with pytest.raises(CaseError, match=text):
+        bubblemesh.mesh(PLATE, spacing)
 
 
 # Options

@@ -4,9 +4,9 @@ A new term takes a model here with its key in `DataTerms`, a function in ``spaci
 ``problem/data_terms.py`` that makes the function of the model.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -113,6 +113,13 @@ class ScatteredTerm(Tabulated):
         if (self.file is None) == (self.points is None):
             raise PydanticCustomError("scattered", "must have one of the keys file and points")
         return self
+
+
+class FunctionTerm(DataTerm):
+    """A function of the place, which a program gives, and the key that has it."""
+
+    function: Callable[..., Any] = Field(description="Function of arrays x and y.")
+    key: str = Field(description="Key in messages.")
 
 
 class DataTerms(Strict):

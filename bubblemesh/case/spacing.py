@@ -1,6 +1,6 @@
 """The spacing request of a case file: one value, or several terms of which the smallest counts."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
 from pydantic import (
@@ -15,7 +15,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import DataTerms
+from bubblemesh.case.data_terms import DataTerm, DataTerms, FunctionTerm
 from bubblemesh.case.depth import CourantKeys, SlopeKeys, WaveKeys
 from bubblemesh.case.faults import checked
 from bubblemesh.case.fields import (
@@ -30,11 +30,14 @@ from bubblemesh.case.fields import (
     Positive,
     Strict,
     as_expression,
+    several,
 )
+from bubblemesh.errors import CaseError
 from bubblemesh.spacing.expression import Expression
 
 Value = float | Expression
 PLAIN = (int, float, str, Expression)
+FUNCTION = "spacing.function"  # key of a program
 
 
 class Growing(Strict):
@@ -186,14 +189,38 @@ AnySpacing = Annotated[
 ]
 
 
+def _callable(value: Any) -> Any:
+    if not callable(value):
+        raise PydanticCustomError("function", "must be a function of arrays x and y")
+    return value
+
+
+class ProgramTerms(SpacingTerms):
+    """Terms given by a program, among them functions."""
+
+    function: OneOrMore[Annotated[Callable[..., Any], BeforeValidator(_callable)]] | None = Field(
+        default=None, description="A function of arrays x and y, or a list of such."
+    )
+
+    @property
+    def data(self) -> dict[str, tuple[DataTerm, ...]]:
+        """The terms of each kind, by its key."""
+        given = several(self.function)
+        keys = [f"spacing.function.{number}" for number in range(len(given))] if len(given) > 1 else [FUNCTION]
+        functions = tuple(FunctionTerm(function=each, key=key) for each, key in zip(given, keys, strict=False))
+        return super().data | ({"function": functions} if functions else {})
+
+
 class _GivenSpacing(Strict):
     """Mapping around terms given by a program; messages begin with its key."""
 
-    spacing: SpacingTerms = Field(description="The terms.")
+    spacing: ProgramTerms = Field(description="The terms.")
 
 
 def checked_terms(spacing: Mapping[str, Any]) -> SpacingTerms:
     """Terms given by a program as a mapping; CaseError, each line of which names a key, if they are invalid."""
+    for key in (key for key, value in spacing.items() if key != "function" and callable(value)):
+        raise CaseError(f"spacing.{key}: is a function, or data like one: give it as 'function'")
     return checked(_GivenSpacing, {"spacing": dict(spacing)}).spacing
 
 

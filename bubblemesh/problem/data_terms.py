@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats
-from bubblemesh.case.data_terms import DataTerm, FieldTerm, ImageTerm, RasterTerm, ScatteredTerm
+from bubblemesh.case.data_terms import DataTerm, FieldTerm, FunctionTerm, ImageTerm, RasterTerm, ScatteredTerm
 from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.files import local_copy
@@ -22,6 +22,7 @@ from bubblemesh.readers.grids.grids import Box, Grid, filled_from_nearest, is_gr
 from bubblemesh.readers.grids.rasters import read_grey, read_gridded
 from bubblemesh.readers.tables import read_columns
 from bubblemesh.spacing.terms.field import MeshField, scattered
+from bubblemesh.spacing.terms.function import CheckedFunction
 from bubblemesh.spacing.terms.raster import Raster
 
 SMALLEST_SHARE = 0.01  # of a domain beyond a raster that is told
@@ -222,9 +223,17 @@ def _scattered(term: ScatteredTerm, box: Box, system: str | None) -> Read:
         return scattered(given[:, :2], given[:, 2]).scaled(term.scale), []
 
 
+def _function(term: FunctionTerm, box: Box, system: str | None) -> Read:
+    """A function of a program; what is made of data, such as a `MeshField`, is known already."""
+    if isinstance(term.function, MeshField | Raster):
+        return term.function, []
+    return CheckedFunction(term.function, term.key), []
+
+
 FUNCTIONS: dict[type[DataTerm], Callable[[Any, Box, str | None], Read]] = {
     FieldTerm: _field,
     RasterTerm: _raster,
     ImageTerm: _image,
     ScatteredTerm: _scattered,
+    FunctionTerm: _function,
 }

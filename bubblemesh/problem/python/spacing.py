@@ -8,7 +8,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, unmasked
 from bubblemesh.case.spacing import Value, checked_terms
-from bubblemesh.errors import BubblemeshError, CaseError
+from bubblemesh.errors import CaseError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.label_distances import distance_to_labels
 from bubblemesh.problem.python.numbers import plain_value
@@ -16,6 +16,7 @@ from bubblemesh.problem.spacing import SpacingRequest, spacing_request
 from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.terms.combination import Combination, Term, costly
+from bubblemesh.spacing.terms.function import CheckedFunction
 
 SpacingLike = float | str | Mapping[str, Any] | Callable[[Floats, Floats], Any]
 
@@ -27,7 +28,7 @@ def spacing_of(spacing: SpacingLike, domain: Domain, others: Sequence[Value] = (
     """
     if isinstance(spacing, Mapping):
         return spacing_request(checked_terms(plain_value(spacing)), domain, others=others)
-    term: Term = _CheckedFunction(spacing) if callable(spacing) else _expression(spacing, domain)
+    term: Term = CheckedFunction(spacing, "spacing") if callable(spacing) else _expression(spacing, domain)
     return SpacingRequest(partial(_scaled, term))
 
 
@@ -51,35 +52,3 @@ def _expression(spacing: float | str, domain: Domain) -> Expression:
         return Expression.parse(spacing, distance_to=partial(distance_to_labels, domain))
     except CaseError as error:
         raise CaseError(f"spacing: {error}") from None
-
-
-class _CheckedFunction:
-    """A function of the user's that has to take and return arrays."""
-
-    def __init__(self, function: Callable[[Floats, Floats], Any]) -> None:
-        self.function = function
-
-    def __call__(self, x: Floats, y: Floats) -> Floats:
-        """Values (n,) at x (n,) and y (n,); CaseError if the function fails or does not give one number for each."""
-        if len(x) == 0:  # which many functions do not expect
-            return np.zeros(0)
-        try:
-            with np.errstate(all="ignore"):
-                values = np.asarray(unmasked(self.function(x.copy(), y.copy())))  # it may change what it is given
-        except (BubblemeshError, MemoryError):
-            raise
-        except (TypeError, ValueError) as error:
-            raise CaseError(
-                f"spacing: the function fails for arrays of coordinates ({error}): it has to take many points at once, "
-                "by NumPy's functions, with np.where in place of if, or by np.vectorize, which is slow"
-            ) from error
-        except Exception as error:
-            raise CaseError(f"spacing: the function fails ({type(error).__name__}: {error}): correct it") from error
-        if values.dtype.kind not in "iuf":
-            raise CaseError(f"spacing: the function gives values of type {values.dtype}: they have to be real numbers")
-        if values.shape not in ((), x.shape):
-            raise CaseError(
-                f"spacing: the function gives an array of shape {values.shape} for {len(x)} points: it has to give one "
-                "value for each"
-            )
-        return np.broadcast_to(values, x.shape).astype(float)
