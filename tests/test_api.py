@@ -306,6 +306,11 @@ def test_options_of_pictures_have_to_be_numbers(options, told, disc):
         disc.plot(**options)
 
 
+def test_the_warning_of_short_edges_names_the_argument():
+    with pytest.warns(bubblemesh.MeshWarning, match=r"\(corners=30 takes short edges for curves\)$"):
+        bubblemesh.mesh(shapely.Point(0, 0).buffer(1), 0.3, effort="fast")
+
+
 def test_a_mesh_without_triangles_has_no_quality_and_no_picture(tmp_path):
     empty = bubblemesh.Mesh([], [], [], [], [])
     for take in (empty.quality, empty.plot, lambda: empty.plot(tmp_path / "a.png")):

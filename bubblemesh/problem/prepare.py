@@ -184,6 +184,7 @@ def _warnings(
     """Warnings of a domain and its spacing at some scale."""
     filled, short, coarse = fitted.filled, fitted.short, fitted.coarse
     edges = warnings.RefiningEdges.of(domain, short)
+    rings_followable = not (domain.given_outlines or any(region.area.outer.origin for region in domain.parts.regions))
     detail = FinerSpacing(
         short,
         coarse,
@@ -192,7 +193,7 @@ def _warnings(
         filled.spacing,
         requested.survey.ideal_nodes,
         filled.expected_nodes,
-        not domain.given_outlines and not any(region.area.outer.origin for region in domain.parts.regions),
+        task.corners if rings_followable else None,
         has_followable(domain.parts.lines),
         task.file_length,
     )

@@ -52,6 +52,7 @@ class Task:
     open_labels: tuple[str, ...] = ()  # of the boundary, for formats of coasts
     ids: Mapping[str, int] = field(default_factory=dict)  # of groups in mesh files, by their names there
     file_length: float | None = None  # in the case, of 1 in a file with regions that could be simplified
+    corners: str = "corners: 30 in the ring or file"  # how rings are followed as curves
 
     @cached_property
     def method(self) -> "Method":

@@ -162,7 +162,7 @@ class FinerSpacing(NamedTuple):
     spacing: LimitedSpacing  # of the packing
     ideal_nodes: float  # of the spacing that the case asks for
     expected_nodes: float
-    followable: bool  # whether rings could be followed as curves, and none is
+    followable: str | None  # how rings could be followed as curves, if they could be and none is
     followable_lines: bool  # whether lines of files could be
     file_length: float | None  # in the case, of 1 in a file with regions that are not simplified yet
 
@@ -184,11 +184,11 @@ def detail(found: FinerSpacing) -> list[str]:
     simplify = (
         f"simplify: {SIMPLE * size / (found.file_length or 1.0):.1g} in the file leaves out vertices of short edges"
     )
-    corners = "corners: 30 in the ring or file takes short edges for curves"
+    corners = f"{found.followable} takes short edges for curves"
     of_lines = "corners: 30 beside the file of the lines takes short edges for curves, simplify leaves out vertices"
     keys = {
         simplify: found.edges.loose >= SEVERAL and found.file_length is not None,
-        corners: found.edges.of_boundary >= SEVERAL and found.followable,
+        corners: found.edges.of_boundary >= SEVERAL and found.followable is not None,
         of_lines: found.edges.of_lines >= SEVERAL and found.followable_lines,
         "across: 0 in the spacing leaves narrow parts as they are": len(found.gaps) > 0,
     }

@@ -17,7 +17,7 @@ from bubblemesh.run.water import sea_figures
 def verdict(packing: PackedProblem, figures: Mapping[str, Any], mesh: Mesh | SlicedMesh) -> BubblemeshError | None:
     """Why the mesh of a packing is not what the case requires, if it is not; ``figures`` are the report's."""
     if packing.cut_short is not None:
-        return LimitError(f"limits.seconds: stopped by {packing.stop_reason}: the mesh is written as it was then")
+        return LimitError(f"limits.seconds: stopped by {packing.stop_reason}: the mesh is as it was then")
     if packing.refined is not None and packing.refined.stopped is not None:
         return _unrefined(packing.refined, packing.problem.demands)
     quality = figures["quality"]
@@ -30,7 +30,7 @@ def verdict(packing: PackedProblem, figures: Mapping[str, Any], mesh: Mesh | Sli
     missed = ["{} is {}, below {}".format(key, *_apart(value, required[key])) for key, value in low.items()]
     missed += ["{} is {}, above {}".format(key, *_apart(value, required[key])) for key, value in high.items()]
     if missed:
-        return RequirementError(f"the mesh is written, but misses what the case requires: {'; '.join(missed)}")
+        return RequirementError(f"the mesh is made, but misses what the case requires: {'; '.join(missed)}")
     return None
 
 
@@ -54,6 +54,6 @@ def _unrefined(refined: Refined, demands: Demands) -> BubblemeshError:
     stopped = f"by {NODE_LIMIT}: {demands.max_nodes}" if refined.out_of_nodes else refined.stopped
     kind = NodeLimitError if refined.out_of_nodes else RequirementError
     return kind(
-        f"the refinement for angle_min, largest or overconstrained was stopped {stopped}: the mesh is written, "
+        f"the refinement for angle_min, largest or overconstrained was stopped {stopped}: the mesh is made, "
         f"but {' and '.join(told)}"
     )

@@ -53,7 +53,7 @@ def test_failing_cases_are_rows_beside_the_others(here):
         (0, "a.yaml:1: domain: the outer ring"),
         (1, "b.yaml:1: domain"),
         (3, "max_nodes"),
-        (4, "e.yaml: the mesh is written, but misses what the case requires: quality_mean is 0."),
+        (4, "e.yaml: the mesh is made, but misses what the case requires: quality_mean is 0."),
         (6, "g.yaml:1: the outer ring: no.csv: the file cannot be read: No such file"),
         (7, "missing.yaml: the case file cannot be read"),
     ]:

@@ -224,7 +224,7 @@ def test_a_limit_on_nodes_ends_the_refinement_with_the_mesh():
     domain = {"outer": PLATE, "holes": [{"rectangle": [0.5, 0.0001, 1.5, 0.5]}]}
     result = meshed(domain, limits={"max_nodes": 1000})
     assert isinstance(result.verdict, LimitError)
-    assert "stopped by limits.max_nodes: 1000: the mesh is written, but the least angle is" in str(result.verdict)
+    assert "stopped by limits.max_nodes: 1000: the mesh is made, but the least angle is" in str(result.verdict)
     assert len(result.mesh.points) <= 1000
     check_mesh(result.mesh)
 
@@ -243,7 +243,7 @@ def test_a_limit_on_time_that_is_met_in_the_refinement_is_told(monkeypatch):
     monkeypatch.setattr(packing, "enter", lambda stage: monkeypatch.setattr(packing, "time_left", lambda: 0.0))
     result = meshed(NEAR_CIRCLES, angle_min=30, limits={"seconds": 100})
     reason = "the time limit of 100 s"
-    assert str(result.verdict) == f"limits.seconds: stopped by {reason}: the mesh is written as it was then"
+    assert str(result.verdict) == f"limits.seconds: stopped by {reason}: the mesh is as it was then"
     assert (result.report["stop_reason"], result.report["finished"]) == (reason, False)
     ended = [told for told in result.report["warnings"] if told.startswith(reason)]
     assert ended == [f"{reason} ended the refinement for angle_min, largest or overconstrained: the mesh is valid"]

@@ -69,12 +69,13 @@ def _without_regions(parts: InnerParts, polygon: shapely.Polygon | shapely.Multi
 def _require_none(points: Sequence[InnerPoint]) -> None:
     if not points:
         return
+    is_entry = "points" in points[0].key  # of a case, which may have this key
     with about(points[0].key):
         if len(points) == 1:
             one = f"the point {points[0].label!r} at {place(points[0].at)} lies outside the domain: move or remove it"
-            raise GeometryError(f"{one}, or leave it out by outside: skip")
-        many = f"{counted(len(points), 'point')} lie outside the domain ({_named(points)})"
-        raise GeometryError(f"{many}: move or remove them, or leave them out by outside: skip")
+            raise GeometryError(one + (", or leave it out by outside: skip" if is_entry else ""))
+        many = f"{counted(len(points), 'point')} lie outside the domain ({_named(points)}): move or remove them"
+        raise GeometryError(many + (", or leave them out by outside: skip" if is_entry else ""))
 
 
 def _named(points: Sequence[InnerPoint]) -> str:

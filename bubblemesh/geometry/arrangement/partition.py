@@ -177,18 +177,19 @@ class _Sides:
         best = shared[np.lexsort((self.boundary.lengths[shared % len(self.boundary.kind)], self.within[shared]))[-1]]
         piece = np.array([best % len(self.boundary.kind)])
         where = place(self.boundary.points(piece, self.boundary.lengths[piece] / 2)[0])
+        in_case = self.regions[j].key[:1] == ("domain",)
         names = f"regions {self.regions[i].name!r} and {self.regions[j].name!r}"
         with about(self.regions[j].key):
             if same:
                 raise GeometryError(f"{names} at {where} are the same: remove one of them")
             if self.regions[i].name == self.regions[j].name:
+                union = "ring: {union: [...]}, of their rings or their file" if in_case else "the union of their shapes"
                 raise GeometryError(
-                    f"two areas of region {self.regions[i].name!r} overlap at {where}: make them one by "
-                    "ring: {union: [...]}, of their rings or their file"
+                    f"two areas of region {self.regions[i].name!r} overlap at {where}: make them one by {union}"
                 )
+            minus = "ring: {minus: [..., ...]}" if in_case else "the difference of their shapes"
             raise GeometryError(
-                f"{names} overlap at {where}: give them a common side, or take one from the other by "
-                "ring: {minus: [..., ...]}"
+                f"{names} overlap at {where}: give them a common side, or take one from the other by {minus}"
             )
 
     @property

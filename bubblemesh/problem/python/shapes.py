@@ -40,7 +40,7 @@ def areas_of(shape: Any, argument: str, expected: str) -> list[list[ProgramPoint
     if not isinstance(shape, shapely.Geometry):
         return [[points_of(shape, argument, expected)]]
     if not isinstance(shape, shapely.Polygon | shapely.MultiPolygon):
-        raise CaseError(f"{argument}: must be {expected} (found {type(shape).__name__})")
+        raise CaseError(f"{argument}: must be {expected} (found {_named(shape, 'polygon')})")
     single = isinstance(shape, shapely.Polygon)
     polygons = _filled(shape, argument, "polygon")
     return [_rings(part, argument if single else f"{argument}.geoms[{k}]") for k, part in polygons]
@@ -54,7 +54,7 @@ def lines_of(shape: Any, argument: str, expected: str) -> list[ProgramPoints]:
     if not isinstance(shape, shapely.Geometry):
         return [some_points_of(shape, argument, expected, "line")]
     if not isinstance(shape, shapely.LineString | shapely.MultiLineString):
-        raise CaseError(f"{argument}: must be {expected} (found {type(shape).__name__})")
+        raise CaseError(f"{argument}: must be {expected} (found {_named(shape, 'line')})")
     return [
         points_of(shapely.get_coordinates(line), argument, expected) for _, line in _filled(shape, argument, "line")
     ]
@@ -67,14 +67,23 @@ def points_of(given: Any, argument: str, expected: str = A_RING) -> ProgramPoint
     except ValueError:  # rows of unequal length
         raise CaseError(f"{argument}: must be {expected} (found rows of unequal length)") from None
     if array.dtype.kind not in "iuf":
-        is_array = array.ndim > 0 and isinstance(given, np.ndarray)
-        found = f"an array of {array.dtype}: astype(float) makes numbers of it" if is_array else type(given).__name__
-        raise CaseError(f"{argument}: must be {expected} (found {found})")
+        raise CaseError(f"{argument}: must be {expected} (found {_no_numbers(array, given)})")
     if array.ndim != 2 or array.shape[1] != 2:
         raise CaseError(f"{argument}: must be {expected} (found the shape {array.shape})")
     array = array.astype(float)  # the limit is no number of smaller types
     rings.require_numbers(array, argument)
     return ProgramPoints(array, argument)
+
+
+def _no_numbers(array: Any, given: Any) -> str:
+    """What is given in place of real numbers, and what makes such of it; ``array`` is NumPy's of it."""
+    if array.ndim and isinstance(array.flat[0] if array.size else None, shapely.Geometry):
+        return "several shapes: shapely.union_all makes one of them"
+    if array.ndim == 0 or not isinstance(given, np.ndarray):
+        return type(given).__name__
+    if array.dtype.kind == "c":
+        return f"an array of {array.dtype}: column_stack([z.real, z.imag]) makes coordinates of it"
+    return f"an array of {array.dtype}: astype(float) makes numbers of it"
 
 
 def some_points_of(given: Any, argument: str, expected: str, noun: str) -> ProgramPoints:
@@ -96,6 +105,12 @@ def _rings(polygon: shapely.Polygon, argument: str) -> list[ProgramPoints]:
     named = [(polygon.exterior, f"{argument}.exterior")]
     named += [(hole, f"{argument}.interiors[{k}]") for k, hole in enumerate(polygon.interiors)]
     return [points_of(shapely.get_coordinates(ring), name) for ring, name in named]
+
+
+def _named(shape: shapely.Geometry, noun: str) -> str:
+    """The kind of a shape; of one with others beside some that the noun names, how to get these."""
+    mixed = isinstance(shape, shapely.GeometryCollection)
+    return f"{type(shape).__name__}{f': take the {noun}s among its geoms alone' if mixed else ''}"
 
 
 def _filled(shape: shapely.Geometry, argument: str, noun: str) -> list[tuple[int, Any]]:

@@ -51,6 +51,8 @@ class MeshOptions:
 
     def ladders(self, domain: Domain) -> "tuple[Ladder, ...]":
         """Boundary layers in the domain; CaseError if a key or a label of one is wrong."""
+        if isinstance(self.layers, Mapping):
+            raise CaseError("layers: must be a list of mappings, one for each layer (found one mapping)")
         entries = plain_value(self.layers)
         if entries == []:
             return ()
@@ -72,6 +74,7 @@ class MeshOptions:
             settings={"method": self.method_name, "limits": {"max_nodes": int(self.max_nodes)}},
             least_angle=float(self.angle_min),
             largest=np.inf if self.largest is None else float(self.largest),
+            corners="corners=30",
         )
 
     def _check(self) -> None:
