@@ -69,13 +69,14 @@ def _without_regions(parts: InnerParts, polygon: shapely.Polygon | shapely.Multi
 def _require_none(points: Sequence[InnerPoint]) -> None:
     if not points:
         return
-    is_entry = "points" in points[0].key  # of a case, which may have this key
+    skip = ", or set outside: skip" if "points" in points[0].key else ""  # in an entry of a case
     with about(points[0].key):
         if len(points) == 1:
-            one = f"the point {points[0].label!r} at {place(points[0].at)} lies outside the domain: move or remove it"
-            raise GeometryError(one + (", or leave it out by outside: skip" if is_entry else ""))
-        many = f"{counted(len(points), 'point')} lie outside the domain ({_named(points)}): move or remove them"
-        raise GeometryError(many + (", or leave them out by outside: skip" if is_entry else ""))
+            one = f"{points[0].label!r} at {place(points[0].at)}"
+            raise GeometryError(f"the point {one} lies outside the domain: move or remove it{skip}")
+        raise GeometryError(
+            f"{counted(len(points), 'point')} lie outside the domain ({_named(points)}): move or remove them{skip}"
+        )
 
 
 def _named(points: Sequence[InnerPoint]) -> str:
