@@ -47,6 +47,7 @@ class Result:
         the boundary layer, 0 for none, if the case asks for any; in a metric its tensors ``metric_11``, ``metric_12``
         and ``metric_22``, unless coordinates are written in another system than that of the plane.
     report : Report
+        A mapping with the keys of the JSON that a run writes; ``dict(report)`` is a dictionary of them for `json`.
     speeds : tuple of (iterations,)
         Mean speeds of the bubbles after each step, for each round.
     verdict : BubblemeshError or None
