@@ -24,6 +24,7 @@ from bubblemesh.errors import CaseError, FileError, GeometryError, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region
 from bubblemesh.geometry.paths import Area
+from bubblemesh.spacing.expression import Expression
 from bubblemesh.spacing.terms.field import MeshField
 
 PAGE = ROOT / "docs" / "api.md"
@@ -510,6 +511,8 @@ def test_functions_are_terms_beside_others():
     for function, away in ((lambda x, y: 0.1 + 0.15 * x, 0), (field, 1e-3)):  # one is rounded and continued otherwise
         same = bubblemesh.mesh(PLATE, {"function": function})
         np.testing.assert_allclose(same.points, alone.points, rtol=0, atol=away)
+    same = bubblemesh.mesh(PLATE, {"value": Expression.parse("0.1 + 0.15*x")})  # is no function of a program
+    np.testing.assert_allclose(same.points, alone.points, rtol=0, atol=1e-3)
     held = bubblemesh.mesh(PLATE, {"function": [field, lambda x, y: 1 + x], "maximum": 0.2, "growth": 0.05})
     x = held.points[held.triangles].mean(axis=1)[:, 0]
     assert held.fields["target_spacing"].max() < 0.2

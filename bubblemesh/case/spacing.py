@@ -219,8 +219,9 @@ class _GivenSpacing(Strict):
 
 def checked_terms(spacing: Mapping[str, Any]) -> SpacingTerms:
     """Terms given by a program as a mapping; CaseError, each line of which names a key, if they are invalid."""
-    for key in (key for key, value in spacing.items() if key != "function" and callable(value)):
-        raise CaseError(f"spacing.{key}: is a function, or data like one: give it as 'function'")
+    for key, value in spacing.items():
+        if key != "function" and callable(value) and not isinstance(value, Expression):
+            raise CaseError(f"spacing.{key}: is a function, or data like one: give it as 'function'")
     return checked(_GivenSpacing, {"spacing": dict(spacing)}).spacing
 
 
