@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import LARGEST_NUMBER, SMALLEST_EXTENT, Floats, Integers
+from bubblemesh.arrays import LARGEST_NUMBER, SMALLEST_EXTENT, Floats, Integers, first_rows
 from bubblemesh.errors import BubblemeshError, CaseError, FileError, prefixed
 from bubblemesh.files import is_confined, local_copy, opened, reason
+from bubblemesh.meshes.edges import find_sides
 from bubblemesh.meshes.mesh import Mesh
 from bubblemesh.meshes.quads import halved
 from bubblemesh.meshfiles.curved_cells import curved_notes
@@ -28,7 +29,7 @@ from bubblemesh.meshfiles.names import named
 from bubblemesh.meshfiles.sources.layers import flattened
 from bubblemesh.meshfiles.sources.source import Block, Source
 from bubblemesh.meshfiles.sources.table import SELF_CONTAINED, read_source
-from bubblemesh.messages import LONGEST_REASON, cause, place
+from bubblemesh.messages import LONGEST_REASON, cause, counted, place
 from bubblemesh.records import record
 
 EDGES = ("line", "line3")
@@ -207,7 +208,7 @@ def read_mesh(path: Path) -> MeshWithData:
     source = named(file.source, path)
     file = replace(file, source=source)
     regions, region, region_ids = cell_groups(source, file.faces, "region")
-    facets, label, labels, label_ids = _facets(file)
+    facets, label, labels, label_ids, stray = _facets(file)
     points, point, named_points, point_ids = _labelled_points(file)
     mesh = Mesh(
         file.points,
@@ -232,7 +233,7 @@ def read_mesh(path: Path) -> MeshWithData:
         cell_data_of(file),
         _numbers(point_data),
         file.left_out,
-        source.notes,
+        (*source.notes, *stray),
         file.curved,
         matching,
         source.node_sets,
@@ -251,19 +252,28 @@ def left_out_notes(kinds: Sequence[str]) -> tuple[str, ...]:
     return (f"cells that are no triangles or quadrilaterals are left out: {', '.join(kinds)}",) if kinds else ()
 
 
-def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...], Mapping[str, int]]:
-    """Labelled edges (f, 2) by indices of used nodes, index (f,) of each edge's label, the labels, and their ids."""
+def _facets(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...], Mapping[str, int], tuple[str, ...]]:
+    """Labelled edges (f, 2) by indices of used nodes, index (f,) of each edge's label, the labels, and their ids.
+
+    Edges that no triangle has are left out, with a note; of those that are there twice with one label, the second.
+    """
     source, blocks = file.source, _blocks(file.source, EDGES)
     labels, label, ids = cell_groups(source, blocks, "label")
     if not labels:
-        return np.zeros((0, 2), np.int64), label, (), ids
+        return np.zeros((0, 2), np.int64), label, (), ids, ()
     edges = np.concatenate([source.cells[k].data[:, :2] for k in blocks]).astype(np.int64)
     if edges.min() < 0 or edges.max() >= len(source.points):
         raise FileError(f"{file.path}: an edge has a node that is not there: the file is damaged")
     edges = file.index[edges]
-    kept = (edges >= 0).all(axis=1)  # an edge with an unused node is not a side of a triangle
+    used = np.flatnonzero((edges >= 0).all(axis=1))  # an edge with an unused node is not a side of a triangle
+    ways = edges[used], edges[used, ::-1]
+    sides = (find_sides(file.triangles, len(file.points), pairs)[0] for pairs in ways)
+    kept = used[np.maximum(*sides) >= 0]
+    stray = len(used) - len(kept)
+    kept = kept[first_rows(np.column_stack([np.sort(edges[kept], axis=1), label[kept]]))]
+    notes = (f"{counted(stray, 'labelled edge')} that no triangle has: left out",) if stray else ()
     numbers, label = np.unique(label[kept], return_inverse=True)
-    return edges[kept], label, tuple(labels[k] for k in numbers), ids
+    return edges[kept], label, tuple(labels[k] for k in numbers), ids, notes
 
 
 def _labelled_points(file: MeshFile) -> tuple[Integers, Integers, tuple[str, ...], Mapping[str, int]]:

@@ -11,6 +11,7 @@ import pytest
 import skfem
 from squares import fields_of, holed_square
 
+from bubblemesh import Mesh, MeshWarning
 from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_files, write_stream
@@ -227,3 +228,15 @@ def test_small_and_large_coordinates_survive_in_every_format(tmp_path):
         write_files(square, fields_of(square), {}, MeshFiles(tmp_path / str(scale), "plate", list(FORMATS)))
         for ending in FORMATS:
             assert_same_points(meshio.read(tmp_path / str(scale) / f"plate.{ending}").points, square)
+
+
+def test_labelled_edges_that_no_triangle_has_are_left_out_and_told(tmp_path):
+    points = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    lines = np.array([[0, 1], [1, 3], [1, 0], [2, 3]])
+    cells = {"line": lines, "triangle": np.array([[0, 1, 2], [0, 2, 3]])}
+    data = {"gmsh:physical": [np.array([1, 1, 1, 2]), np.array([5, 5])]}
+    meshio.Mesh(points, cells, cell_data=data).write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
+    with pytest.warns(MeshWarning, match="1 labelled edge that no triangle has: left out"):
+        mesh = Mesh.read(tmp_path / "a.msh")
+    assert sorted(np.sort(mesh.facets, axis=1).tolist()) == [[0, 1], [0, 3], [1, 2], [2, 3]]
+    mesh.write(tmp_path / "b.msh")
