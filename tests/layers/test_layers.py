@@ -49,10 +49,15 @@ def meshed(text):
     return result
 
 
-def prepared(domain, *layers, spacing):
+def prepared(domain, *layers, spacing=0.1):
     """Problem of a case."""
     case = {"domain": domain, "spacing": spacing, "layers": layers}
     return prepare(load_case("a.yaml", text=json.dumps(case)))
+
+
+def layers_of(problem, label):
+    """Figures of the layers on a label, before anything is packed."""
+    return next(row for row in layer_figures(problem.rest.strips) if row.label == label)
 
 
 def check(mesh):
@@ -65,9 +70,9 @@ def row_of(result, label):
     return next(row for row in result.report["layers"] if row["label"] == label)
 
 
-def has_nodes(mesh, points):
-    """Whether there is a node at each of the points, but for rounding."""
-    near = np.abs(mesh.points[:, None] - np.asarray(points)[None]).max(axis=2).min(axis=0)
+def has_nodes(x, points):
+    """Whether there is a node, of those at ``x`` (n, 2), at each of the points, but for rounding."""
+    near = np.abs(x[:, None] - np.asarray(points)[None]).max(axis=2).min(axis=0)
     return (near < 1e-12).all()
 
 
@@ -75,7 +80,7 @@ def test_layers_on_a_straight_wall_are_at_their_heights_at_all_its_nodes():
     result = run(CHANNEL, {"on": "bottom", **FIVE})
     mesh = result.mesh
     wall = np.unique(mesh.points[mesh.points[:, 1] == 0, 0])
-    assert has_nodes(mesh, [(x, y) for x in wall for y in TOPS])
+    assert has_nodes(mesh.points, [(x, y) for x in wall for y in TOPS])
     below = mesh.points[(mesh.points[:, 1] < TOPS[-1] + 1e-9)]
     assert len(below) == len(wall) * 6
     row = row_of(result, "bottom")
@@ -132,24 +137,24 @@ def test_a_convex_corner_has_a_fan_unless_it_is_plain(corners, columns):
         "outer": {"rectangle": [0, 0, 4, 2], "label": "far"},
         "holes": [{"rectangle": [1, 0.5, 3, 1.5], "label": "box"}],
     }
-    result = run(box, {"on": "box", "first": 0.01, "growth": 1.2, "count": 3, "corners": corners})
-    first = np.hypot(*(result.mesh.points - [3, 1.5]).T)
+    problem = prepared(box, {"on": "box", "first": 0.01, "growth": 1.2, "count": 3, "corners": corners})
+    first = np.hypot(*(problem.rest.strips.x - [3, 1.5]).T)
     length = 0.01 if corners == "fans" else 0.01 * np.sqrt(2)
     assert np.isclose(first, length, rtol=0, atol=1e-12).sum() == columns
-    assert row_of(result, "box")["first"]["kept"] == 1
+    assert layers_of(problem, "box").first["kept"] == 1
 
 
 def test_a_concave_corner_has_one_column_and_the_requested_heights_above_both_walls():
-    mesh = run(CHANNEL, {"on": ["bottom", "left"], **FIVE}).mesh
-    assert has_nodes(mesh, [(top, top) for top in TOPS])
+    nodes = prepared(CHANNEL, {"on": ["bottom", "left"], **FIVE}).rest.strips.x
+    assert has_nodes(nodes, [(top, top) for top in TOPS])
 
 
 def test_walls_with_different_layers_meet_in_one_column():
     few, many = {"first": 0.02, "growth": 1.2, "count": 2}, {"first": 0.005, "growth": 1.3, "count": 12}
-    result = run(CHANNEL, {"on": "bottom", **few}, {"on": "left", **many})
-    assert row_of(result, "left")["first"]["kept"] == 1
+    problem = prepared(CHANNEL, {"on": "bottom", **few}, {"on": "left", **many})
+    assert layers_of(problem, "left").first["kept"] == 1
     # From there they grow by a factor of 1.7 from column to column: .005, .0085, .0145, .02.
-    assert row_of(result, "bottom")["first"]["kept"] == pytest.approx(1 - 0.3 / 4)
+    assert layers_of(problem, "bottom").first["kept"] == pytest.approx(1 - 0.3 / 4)
 
 
 LOW_FANS = {
@@ -219,24 +224,24 @@ def test_a_wall_that_goes_on_straight_without_layers_has_them_end_one_by_one():
 
 
 def test_ends_may_taper_where_they_could_follow():
-    mesh = run(CHANNEL, {"on": "bottom", "ends": "taper", **FIVE}).mesh
-    left = mesh.points[mesh.points[:, 0] == 0, 1]
+    nodes = prepared(CHANNEL, {"on": "bottom", "ends": "taper", **FIVE}).rest.strips.x
+    left = nodes[nodes[:, 0] == 0, 1]
     assert not np.isclose(left[:, None], TOPS, rtol=0, atol=1e-9).any()
 
 
 def test_a_line_has_layers_on_both_sides_and_around_its_tips():
     domain = {**CHANNEL, "lines": [{"path": [[1, 1], [3, 1]], "label": "crack"}]}
-    result = run(domain, {"on": "crack", **FIVE})
-    assert has_nodes(result.mesh, [(2, 1 + sign * top) for sign in (1, -1) for top in TOPS])
-    assert has_nodes(result.mesh, [(3 + top, 1) for top in TOPS])
-    assert row_of(result, "crack")["complete"] == 1
+    problem = prepared(domain, {"on": "crack", **FIVE})
+    assert has_nodes(problem.rest.strips.x, [(2, 1 + sign * top) for sign in (1, -1) for top in TOPS])
+    assert has_nodes(problem.rest.strips.x, [(3 + top, 1) for top in TOPS])
+    assert layers_of(problem, "crack").complete == 1
 
 
 @pytest.mark.parametrize("keys", [{}, {"corners": "plain"}, {"growth": 1}])
 def test_thin_layers_on_both_sides_of_a_line_do_not_see_each_other(keys):
     domain = {**CHANNEL, "lines": [{"path": [[1, 1], [3, 1]], "label": "crack"}]}
-    row = row_of(run(domain, {"on": "crack", "first": 0.001, "count": 3, **keys}), "crack")
-    assert (row["complete"], row["low"]) == (1, 0)
+    row = layers_of(prepared(domain, {"on": "crack", "first": 0.001, "count": 3, **keys}), "crack")
+    assert (row.complete, row.low) == (1, 0)
 
 
 def test_embedded_points_keep_layers_away():
@@ -247,11 +252,11 @@ def test_embedded_points_keep_layers_away():
 
 @pytest.mark.parametrize("region", [None, "low", "domain"])
 def test_an_interface_has_layers_in_the_regions_that_ask_for_them(region):
-    low = {"ring": {"rectangle": [0, 0, 4, 1], "label": "mid"}, "name": "low"}
+    low = {"ring": {"rectangle": [0, 0, 1, 1], "label": "mid"}, "name": "low"}
     entry = {"on": "mid", **FIVE, **({} if region is None else {"region": region})}
-    mesh = run({**CHANNEL, "regions": [low]}, entry).mesh
+    mesh = run({"outer": {"rectangle": [0, 0, 1, 2], "labels": SIDES}, "regions": [low]}, entry).mesh
     for sign, name in ((-1, "low"), (1, "domain")):
-        has = has_nodes(mesh, [(0, 1 + sign * top) for top in TOPS])
+        has = has_nodes(mesh.points, [(0, 1 + sign * top) for top in TOPS])
         assert has == (region in (None, name))
     above = mesh.points[mesh.triangles].mean(axis=1)[:, 1] > 1
     assert (np.array(mesh.regions)[mesh.triangle_regions] == np.where(above, "domain", "low")).all()
@@ -269,20 +274,21 @@ WALLS_OF_FLUID = {"on": ["solid-rim", "left", "right"], "region": "fluid"}
 @pytest.mark.parametrize("until", [{"count": 1}, {"until": "isotropic"}])
 def test_layers_taper_where_the_wall_beside_has_some_on_its_other_side_only(until, cells):
     layers = {"first": 0.002, **until, "cells": cells}
-    result = run(TWO_REGIONS, {**WALLS_OF_FLUID, **layers}, {**layers, "on": "left", "region": "solid"}, spacing=0.05)
-    (mine,) = [row for row in result.report["layers"] if row["region"] == "solid"]
-    assert mine["count"]["least"] == 0
-    assert mine["first"]["kept"] > 0.8
-    others = [row for row in result.report["layers"] if row["region"] == "fluid"]
-    assert [row["first"]["kept"] for row in others] == [1, 1, 1]
+    entries = {**WALLS_OF_FLUID, **layers}, {**layers, "on": "left", "region": "solid"}
+    found = layer_figures(prepared(TWO_REGIONS, *entries, spacing=0.05).rest.strips)
+    (mine,) = [row for row in found if row.region == "solid"]
+    assert mine.count["least"] == 0
+    assert mine.first["kept"] > 0.8
+    others = [row for row in found if row.region == "fluid"]
+    assert [row.first["kept"] for row in others] == [1, 1, 1]
 
 
 def test_a_line_that_ends_on_a_wall_with_layers_on_its_other_side_has_layers_that_taper():
     domain = {**TWO_REGIONS, "lines": [{"path": [[1, 0], [1, 0.3]], "label": "fin"}]}
     layers = {"first": 0.002, "until": "isotropic"}
-    result = run(domain, {"on": "solid-rim", "region": "fluid", **layers}, {"on": "fin", **layers}, spacing=0.05)
-    assert row_of(result, "solid-rim")["first"]["kept"] == 1
-    assert row_of(result, "fin")["first"]["kept"] > 0.8
+    problem = prepared(domain, {"on": "solid-rim", "region": "fluid", **layers}, {"on": "fin", **layers}, spacing=0.05)
+    assert layers_of(problem, "solid-rim").first["kept"] == 1
+    assert layers_of(problem, "fin").first["kept"] > 0.8
 
 
 @pytest.mark.parametrize("lower", ["fluid", "solid"])
@@ -292,10 +298,10 @@ def test_the_column_between_two_entries_on_a_wall_has_the_lower_first_height(sid
         {"on": side, "region": region, "first": 0.001 if region == lower else 0.003, "until": "isotropic"}
         for region in ("fluid", "solid")
     ]
-    result = run(TWO_REGIONS, *entries, spacing=0.05)
-    assert has_nodes(result.mesh, [(0.001 if side == "left" else 1.999, 0.3)])
-    (row,) = [row for row in result.report["layers"] if row["region"] == lower]
-    assert row["first"] == pytest.approx({"least": 1, "mean": 1, "largest": 1, "kept": 1})
+    strips = prepared(TWO_REGIONS, *entries, spacing=0.05).rest.strips
+    assert has_nodes(strips.x, [(0.001 if side == "left" else 1.999, 0.3)])
+    (row,) = [row for row in layer_figures(strips) if row.region == lower]
+    assert row.first == pytest.approx({"least": 1, "mean": 1, "largest": 1, "kept": 1})
 
 
 NEEDLE = [[0, 0], [0.174, 0], [0.574, 0.926], [0.974, 0], [2, 0], [2, 1], [0, 1]]
@@ -324,8 +330,8 @@ def test_a_wall_with_layers_leaves_room_for_those_around_a_tip_across(stop):
         "outer": {"rectangle": [0, 0, 3, 1], "label": "far"},
         "lines": [{"path": [[0.5, 0.5], [2, 0.5]], "label": "plate"}, {"path": stop, "label": "stop"}],
     }
-    result = run(domain, {"on": ["plate", "stop"], "first": 0.004, "thickness": 0.05}, spacing=0.05)
-    compressed = {label: row_of(result, label)["first"]["least"] for label in ("plate", "stop")}
+    problem = prepared(domain, {"on": ["plate", "stop"], "first": 0.004, "thickness": 0.05}, spacing=0.05)
+    compressed = {label: layers_of(problem, label).first["least"] for label in ("plate", "stop")}
     assert compressed["plate"] == pytest.approx(compressed["stop"], rel=0.1)
     assert compressed["plate"] > 0.2
 
@@ -339,10 +345,9 @@ def test_a_place_far_from_the_origin_changes_no_layers(x, y):
         return {"outer": outer, "holes": [{"polygon": wing.tolist(), "label": "wing"}]}
 
     layers = {"on": "wing", "first": 0.001, "until": "isotropic"}
-    here = layers_of(prepared(at(0, 0), layers, spacing=0.1), "wing")
-    there = row_of(run(at(x, y), layers, spacing=0.1), "wing")
-    assert here.first["kept"] == there["first"]["kept"] == 1
-    assert (here.count, here.complete) == (there["count"], there["complete"])
+    here, there = (layers_of(prepared(at(*origin), layers), "wing") for origin in ((0, 0), (x, y)))
+    assert here.first["kept"] == there.first["kept"] == 1
+    assert (here.count, here.complete) == (there.count, there.complete)
 
 
 @pytest.mark.parametrize(
@@ -356,23 +361,23 @@ def test_fillets_of_short_edges_at_concave_corners_leave_first_heights_as_they_a
     polygon = [[0, 0.5], [1, 0.5], *arc.tolist(), [3, 0], [3, 1], [0, 1]]
     labels = ["wall"] * (len(polygon) - 3) + ["out", "top", "in"]
     domain = {"outer": {"polygon": polygon, "labels": labels}}
-    row = row_of(run(domain, {"on": "wall", "first": first, "until": "isotropic"}, spacing=0.05), "wall")
-    assert row["first"]["kept"] > 0.995
-    assert row["compressed"] == 1
+    row = layers_of(prepared(domain, {"on": "wall", "first": first, "until": "isotropic"}, spacing=0.05), "wall")
+    assert row.first["kept"] > 0.995
+    assert row.compressed == 1
 
 
 @pytest.mark.parametrize("finer", ["bottom", "right"])
 def test_where_two_kinds_of_layers_meet_the_lower_ones_are_in_the_corner(finer):
     heights = {"bottom": 0.01, "right": 0.01} | {finer: 0.002}
     layers = [{"on": label, "first": first, "until": "isotropic"} for label, first in heights.items()]
-    result = run(CHANNEL, *layers)
-    mesh = result.mesh
-    assert has_nodes(mesh, [(4 - 0.002, 0.002)])
+    problem = prepared(CHANNEL, *layers)
+    nodes = problem.rest.strips.x
+    assert has_nodes(nodes, [(4 - 0.002, 0.002)])
     across = 0 if finer == "bottom" else 1
-    wall = mesh.points[np.abs(mesh.points[:, 1 - across] - (0 if finer == "bottom" else 4)) < 1e-12]
-    low = np.sort(np.abs(mesh.points[:, 1 - across] - wall[0, 1 - across]))
+    wall = nodes[np.abs(nodes[:, 1 - across] - (0 if finer == "bottom" else 4)) < 1e-12]
+    low = np.sort(np.abs(nodes[:, 1 - across] - wall[0, 1 - across]))
     assert low[len(wall)] == pytest.approx(0.002)
-    assert row_of(result, finer)["first"]["kept"] == 1
+    assert layers_of(problem, finer).first["kept"] == 1
 
 
 def test_periodic_sides_match_where_layers_end_on_them():
@@ -490,7 +495,7 @@ def test_layers_until_isotropic_end_where_they_are_as_high_as_wide():
 
 @pytest.mark.parametrize("heights", [{"until": "isotropic"}, {"count": 40}], ids=["isotropic", "count"])
 def test_layers_around_a_wire_go_on_where_the_spacing_grows(heights):
-    wire = {"outer": {"rectangle": [-1, -1, 1, 1]}, "holes": [{"circle": {"center": [0, 0], "radius": 0.02}}]}
+    wire = {"outer": {"rectangle": [-0.5, -0.5, 0.5, 0.5]}, "holes": [{"circle": {"center": [0, 0], "radius": 0.02}}]}
     wire["holes"][0]["label"] = "wire"
     spacing = {"near": {"label": "wire", "size": 0.004, "growth": 0.2}, "maximum": 0.05}
     result = run(wire, {"on": "wire", "first": 2e-4, **heights}, spacing=spacing)
@@ -520,7 +525,7 @@ def test_no_layer_is_higher_than_the_spacing_at_its_own_place(heights):
 )
 def test_layers_end_where_the_spacing_falls_by_more_than_the_way(spacing):
     wire = {"circle": {"center": [0, 0], "radius": 0.05}, "label": "wire"}
-    domain = {"outer": {"rectangle": [-1, -1, 1, 1]}, "holes": [wire]}
+    domain = {"outer": {"rectangle": [-0.3, -0.3, 0.3, 0.3]}, "holes": [wire]}
     problem = prepared(domain, {"on": "wire", "first": 0.004, "count": 30}, spacing=spacing)
     strips = problem.rest.strips
     owner, level = members(strips.heights.count)
@@ -540,7 +545,7 @@ def test_columns_around_a_slender_hole_part_no_more_than_the_uniform_spacing_all
 def test_a_slot_has_layers_also_where_the_spacing_is_defined_in_the_domain_only():
     slot = {"outer": {"rectangle": [0, 0, 4, 0.02], "labels": SIDES}}
     layers = {"on": ["bottom", "top"], "first": 0.05, "count": 2}
-    assert row_of(run(slot, layers, spacing="0.1 + 0*sqrt(y*(0.02 - y))"), "bottom")["count"]["least"] > 0
+    assert layers_of(prepared(slot, layers, spacing="0.1 + 0*sqrt(y*(0.02 - y))"), "bottom").count["least"] > 0
 
 
 def test_the_spacing_is_asked_for_several_layers_at_once(monkeypatch):
@@ -558,10 +563,10 @@ def test_the_spacing_is_asked_for_several_layers_at_once(monkeypatch):
 
 
 def test_a_thickness_is_reached_with_a_growth_near_the_given_one():
-    result = run(CHANNEL, {"on": "bottom", "first": 0.004, "thickness": 0.2, "growth": 1.3})
-    row = row_of(result, "bottom")
-    assert row["thickness"] == pytest.approx(0.2)
-    assert row["growth"] == pytest.approx(1.3, rel=0.05)
+    problem = prepared(CHANNEL, {"on": "bottom", "first": 0.004, "thickness": 0.2, "growth": 1.3})
+    row = layers_of(problem, "bottom")
+    assert row.thickness == pytest.approx(0.2)
+    assert row.growth == pytest.approx(1.3, rel=0.05)
 
 
 @pytest.mark.parametrize("ends", ["follow", "taper"])
@@ -582,7 +587,7 @@ def test_the_last_columns_follow_walls_at_45_to_135_degrees(x):
 
 def test_a_note_on_columns_that_end_before_names_no_key_that_the_case_does_not_have():
     line = {"path": [[1, 0], [1.4, 0.1]], "label": "line"}
-    domain = {"outer": {"rectangle": [0, 0, 2, 1], "label": "far"}, "lines": [line]}
+    domain = {"outer": {"rectangle": [0.5, 0, 1.9, 0.5], "label": "far"}, "lines": [line]}
     warnings = run(domain, {"on": "line", "first": 0.0005, "count": 10}, spacing=0.05).report["warnings"]
     (text,) = (text for text in warnings if "times as high" in text)
     assert "or they end one by one at an end of the wall" in text
@@ -625,7 +630,7 @@ def test_the_count_that_is_advised_is_enough_around_a_body(first, growth, count)
 
 
 def test_the_packing_above_layers_settles_soon_at_the_number_of_nodes_that_the_spacing_asks_for():
-    domain = {"outer": {"rectangle": [0, 0, 2.2, 0.41], "label": "wall"}}
+    domain = {"outer": {"rectangle": [0, 0, 1.2, 0.41], "label": "wall"}}
     spacing, layers = "min(0.004 + 0.1*hypot(x - 0.2, y - 0.2), 0.012)", {"first": 4e-4, "until": "isotropic"}
     result = run(domain, {"on": "wall", **layers}, spacing=spacing)
     expected = prepared(domain, {"on": "wall", **layers}, spacing=spacing).expected_nodes
@@ -635,7 +640,7 @@ def test_the_packing_above_layers_settles_soon_at_the_number_of_nodes_that_the_s
 
 def test_thin_cells_of_fans_do_not_hide_that_sizes_jump_at_the_walls():
     body = {"rectangle": [0.5, 0.4, 0.9, 0.6], "label": "body"}
-    domain = {"outer": {"rectangle": [0, 0, 2, 1], "label": "far"}, "holes": [body]}
+    domain = {"outer": {"rectangle": [0.2, 0.1, 1.2, 0.9], "label": "far"}, "holes": [body]}
     result = run(domain, {"on": "body", "first": 0.0016, "count": 2}, spacing=0.08)
     assert row_of(result, "body")["across_front"] > 10
     assert any("times as high" in text for text in result.report["warnings"])
@@ -699,10 +704,10 @@ def test_columns_of_more_layers_have_the_room_that_they_turn_to_in_corners():
 
 
 def test_a_first_layer_as_high_as_the_spacing_is_there_all_along():
-    result = run(CHANNEL, {"on": "bottom", "first": 0.1, "growth": 1.2, "until": "isotropic", "ends": "taper"})
-    row = row_of(result, "bottom")
-    assert row["count"]["least"] == 0  # at the ends alone
-    assert row["complete"] == pytest.approx(39 / 41)
+    problem = prepared(CHANNEL, {"on": "bottom", "first": 0.1, "growth": 1.2, "until": "isotropic", "ends": "taper"})
+    row = layers_of(problem, "bottom")
+    assert row.count["least"] == 0  # at the ends alone
+    assert row.complete == pytest.approx(39 / 41)
 
 
 @pytest.mark.parametrize("periodic", [False, True])
@@ -710,7 +715,7 @@ def test_above_walls_at_two_angles_to_one_that_columns_follow_no_first_layer_is_
     outline = {"polygon": [[0, 0.5], [1, 0], [2, 0], [2, 1.5], [1, 1.5], [0, 2]], "labels": ["w", "w", *"rttl"]}
     line = {"path": [[1, 0], [1, 1]], "label": "line"}
     domain = {"outer": outline, "periodic": [["l", "r"]]} if periodic else {"outer": outline, "lines": [line]}
-    first = row_of(run(domain, {"on": "w", **FIVE}), "w")["first"]
+    first = layers_of(prepared(domain, {"on": "w", **FIVE}), "w").first
     assert first["least"] == pytest.approx(2 / 5**0.5)
     assert first["largest"] == pytest.approx(1)
 
@@ -720,9 +725,9 @@ def test_a_chamfer_takes_no_layers_away(cut):
     """Columns of its two fans part, however near to each other they stand."""
     corners = [[1, 0.5], [2 - cut, 0.5], [2, 0.5 + cut], [2, 1.5], [1, 1.5]]
     domain = {"outer": {"rectangle": [0, 0, 4, 2], "label": "far"}, "holes": [{"polygon": corners, "label": "hole"}]}
-    row = row_of(run(domain, {"on": "hole", "first": 0.005, "count": 8}), "hole")
-    assert row["count"] == {"wanted": 8, "least": 8, "most": 8}
-    assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
+    row = layers_of(prepared(domain, {"on": "hole", "first": 0.005, "count": 8}), "hole")
+    assert row.count == {"wanted": 8, "least": 8, "most": 8}
+    assert (row.complete, row.compressed, row.first["kept"]) == (1, 1, 1)
 
 
 @pytest.mark.parametrize("raised", [1e-6, 1e-3, 0.05])
@@ -760,7 +765,7 @@ def rounded(radius):
 def test_columns_part_evenly_around_small_chamfers_and_fillets(hole):
     """However thick the layers are: what is on them is as coarse as on those around a sharp corner."""
     layers = {"on": "bar", "first": 0.004, "until": "isotropic"}
-    outer = {"rectangle": [0, 0, 3, 1], "label": "far"}
+    outer = {"rectangle": [0.5, 0, 1.8, 1], "label": "far"}
     sharp = run({"outer": outer, "holes": [{"polygon": BAR, "label": "bar"}]}, layers, spacing=0.08)
     result = run({"outer": outer, "holes": [hole]}, layers, spacing=0.08)
     assert shortest_edge_beside_layers(result) > 0.6 * shortest_edge_beside_layers(sharp)
@@ -772,11 +777,11 @@ def test_columns_part_evenly_around_small_chamfers_and_fillets(hole):
 
 @pytest.mark.parametrize("radius", [1e-4, 1e-3, 1.2e-3])
 def test_small_fillets_at_concave_corners_are_as_corners_also_if_they_are_arcs(radius):
-    result = run(inner_fillet(radius), {"on": "wall", "first": 0.004, "until": "isotropic"}, spacing=0.08)
-    row = row_of(result, "wall")
-    assert row["count"]["least"] >= 10
-    assert row["first"]["kept"] == 1
-    assert result.report["warnings"] == []
+    problem = prepared(inner_fillet(radius), {"on": "wall", "first": 0.004, "until": "isotropic"}, spacing=0.08)
+    row = layers_of(problem, "wall")
+    assert row.count["least"] >= 10
+    assert row.first["kept"] == 1
+    assert problem.warnings == ()
 
 
 def inner_fillet(radius):
@@ -784,8 +789,9 @@ def inner_fillet(radius):
     return {"outer": {"path": [[0, 0], [3, 0], [3, 1 - radius], {"arc": arc}, [0, 1]], "label": "wall"}}
 
 
-@pytest.mark.parametrize("radius", [1.5e-3, 3e-3, 5e-3])
-@pytest.mark.parametrize("heights", [{"until": "isotropic"}, {"count": 8}], ids=["isotropic", "count"])
+@pytest.mark.parametrize(
+    ("radius", "heights"), sweep(product([1.5e-3, 3e-3, 5e-3], [{"count": 8}, {"until": "isotropic"}]), quick=3)
+)
 def test_fillets_of_a_radius_about_the_first_height_are_as_corners(radius, heights):
     layers = {"on": "wall", "first": 0.004, **heights}
     rows = [layers_of(prepared(inner_fillet(r), layers, spacing=0.08), "wall") for r in (0.0001, radius)]
@@ -798,7 +804,7 @@ def test_fillets_of_a_radius_about_the_first_height_are_as_corners(radius, heigh
     [(chamfered(1e-3), {"growth": 0.2}), (rounded(1e-3), {"growth": 0.2}), (rounded(1e-3), {"per_circle": 24})],
 )
 def test_rules_of_the_spacing_make_nothing_finer_at_edges_hidden_below_layers(hole, rule):
-    domain = {"outer": {"rectangle": [0, 0, 3, 1], "label": "far"}, "holes": [hole]}
+    domain = {"outer": {"rectangle": [0.5, 0, 1.8, 1], "label": "far"}, "holes": [hole]}
     layers = {"on": "bar", "first": 0.004, "until": "isotropic"}
     problems = [prepared(domain, layers, spacing=spacing) for spacing in (0.08, {"value": 0.08, **rule})]
     nodes, same = (problem.rest.strips.x for problem in problems)
@@ -842,24 +848,27 @@ def filleted(corners, radius, edges):
 def test_fillets_far_smaller_than_the_first_layer_are_as_corners(radius, edges, inside):
     """One column stands on all nodes of a concave one; convex ones have fans."""
     ring = {"polygon": filleted(L_SHAPE, radius, edges), "label": "wall"}
-    domain = {"outer": ring} if inside else {"outer": {"rectangle": [0, 0, 4, 2], "label": "far"}, "holes": [ring]}
-    for more in ({}, {"cells": "quads"}):
-        result = run(domain, {"on": "wall", "first": 0.004, "count": 8, **more}, spacing=0.08)
-        row = row_of(result, "wall")
-        assert row["count"] == {"wanted": 8, "least": 8, "most": 8}
-        assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
-        assert row["first"]["least"] > 0.98  # on the edge of a chamfer itself
-        assert not [text for text in result.report["warnings"] if "shorter than the spacing" in text]
+    domain = (
+        {"outer": ring} if inside else {"outer": {"rectangle": [0.7, 0.2, 2.8, 1.9], "label": "far"}, "holes": [ring]}
+    )
+    result = run(domain, {"on": "wall", "first": 0.004, "count": 8, "cells": "quads"}, spacing=0.08)
+    row = row_of(result, "wall")
+    assert row["count"] == {"wanted": 8, "least": 8, "most": 8}
+    assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
+    assert row["first"]["least"] > 0.98  # on the edge of a chamfer itself
+    assert not [text for text in result.report["warnings"] if "shorter than the spacing" in text]
 
 
 @pytest.mark.parametrize("edges", [1, 2, 5])
 def test_layers_go_on_until_they_are_isotropic_beside_small_fillets(edges):
     ring = {"polygon": filleted(L_SHAPE, 2e-3, edges), "label": "wall"}
     domain = {"outer": {"rectangle": [0, 0, 4, 2], "label": "far"}, "holes": [ring]}
-    row = row_of(run(domain, {"on": "wall", "first": 0.006, "growth": 1.3, "until": "isotropic"}, spacing=0.08), "wall")
-    assert row["first"]["kept"] == 1
-    assert row["compressed"] == 1
-    assert row["count"]["least"] >= 7
+    row = layers_of(
+        prepared(domain, {"on": "wall", "first": 0.006, "growth": 1.3, "until": "isotropic"}, spacing=0.08), "wall"
+    )
+    assert row.first["kept"] == 1
+    assert row.compressed == 1
+    assert row.count["least"] >= 7
 
 
 @pytest.mark.parametrize(("edges", "length"), sweep([(1, 1.4), (2, 0.8), (3, 0.6), (8, 1), (8, 1.4)], quick=3))
@@ -868,13 +877,14 @@ def test_layers_go_around_convex_fillets_whose_edges_are_about_as_long_as_the_fi
     ring = {"polygon": filleted(box, 0.004 * length / (2 * np.sin(np.pi / 4 / edges)), edges), "label": "wall"}
     domain = {"outer": {"rectangle": [0, 0, 4, 2], "label": "far"}, "holes": [ring]}
     layers = {"on": "wall", "first": 0.004, "count": 8}
-    row = row_of(run(domain, layers, spacing={"value": 0.08, "growth": 0.2}), "wall")
-    assert row["count"]["least"] == 8
-    assert (row["complete"], row["compressed"], row["first"]["kept"]) == (1, 1, 1)
+    row = layers_of(prepared(domain, layers, spacing={"value": 0.08, "growth": 0.2}), "wall")
+    assert row.count["least"] == 8
+    assert (row.complete, row.compressed, row.first["kept"]) == (1, 1, 1)
 
 
 @pytest.mark.parametrize(
-    ("edges", "length"), [(1, 1.4), (2, 0.8), (3, 1), (12, 0.33), (12, 0.5), (8, 1), (8, 1.4), (8, 2.5), (16, 1)]
+    ("edges", "length"),
+    sweep([(1, 1.4), (2, 0.8), (3, 1), (12, 0.33), (12, 0.5), (8, 1), (8, 1.4), (8, 2.5), (16, 1)], quick=5),
 )
 def test_layers_go_around_concave_fillets_whose_edges_are_about_as_long_as_the_first_height(edges, length):
     """As around a corner, in which the columns of the fillet are one, from the first layer on or above."""
@@ -889,11 +899,11 @@ def test_layers_go_around_concave_fillets_whose_edges_are_about_as_long_as_the_f
 @pytest.mark.parametrize("keys", [{}, {"cells": "quads"}, {"output": {"order": 2}}])
 def test_columns_of_a_fillet_become_one_above_the_first_layers(keys):
     """Below they go up from its nodes: its radius is 5 first heights."""
-    ring = filleted(np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]), 0.02, 8)
+    ring = filleted(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]), 0.02, 8)
     layers = {"on": "wall", "first": 0.004, "count": 8, **{key: keys[key] for key in keys if key == "cells"}}
     result = run({"outer": {"polygon": ring, "label": "wall"}}, layers, spacing=0.08, output=keys.get("output", {}))
     tops = 0.004 * np.cumsum(1.2 ** np.arange(8))
-    assert has_nodes(result.mesh, [(top, top) for top in tops[2:]])
+    assert has_nodes(result.mesh.points, [(top, top) for top in tops[2:]])
     count = len(result.mesh.facets)
     layer = result.fields["layer"]
     assert (np.bincount(layer.astype(int))[1:3] == 2 * count).all()
@@ -904,15 +914,15 @@ def test_columns_of_a_fillet_become_one_above_the_first_layers(keys):
 def test_on_a_wall_drawn_of_edges_below_the_first_height_layers_are_as_high_as_beside():
     floor = [[x, 0] for x in (*np.arange(0, 2, 0.1).round(3), *np.arange(2, 4, 0.02).round(3), 4)]
     domain = {"outer": {"polygon": [*floor, [4, 2], [0, 2]], "labels": ["floor"] * (len(floor) - 1) + [*"abc"]}}
-    row = row_of(run(domain, {"on": "floor", "first": 0.03, "until": "isotropic"}, spacing=0.1), "floor")
-    assert row["count"]["least"] == row["count"]["wanted"] == 7
-    assert row["complete"] == row["first"]["kept"] == 1
+    row = layers_of(prepared(domain, {"on": "floor", "first": 0.03, "until": "isotropic"}, spacing=0.1), "floor")
+    assert row.count["least"] == row.count["wanted"] == 7
+    assert row.complete == row.first["kept"] == 1
 
 
 def test_a_column_on_several_nodes_goes_up_from_where_the_walls_would_meet():
     ring = filleted(np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]), 1e-3, 3)
-    mesh = run({"outer": {"polygon": ring, "label": "wall"}}, {"on": "wall", **FIVE}).mesh
-    assert has_nodes(mesh, [(top, top) for top in TOPS])
+    mesh = run({"outer": {"polygon": ring, "label": "wall"}}, {"on": "wall", **FIVE}, spacing=0.2).mesh
+    assert has_nodes(mesh.points, [(top, top) for top in TOPS])
     wall = np.unique(mesh.facets)
     assert (np.hypot(*mesh.points[wall].T) < 2e-3).sum() == 4
 
@@ -920,15 +930,10 @@ def test_a_column_on_several_nodes_goes_up_from_where_the_walls_would_meet():
 @pytest.mark.parametrize(("size", "growth"), [(0.004, 0.2), (0.0051, 0.1)])
 def test_beside_a_place_too_fine_for_layers_there_are_fewer_ones_but_none_compressed(size, growth):
     spacing = {"value": 0.1, "near": {"point": [2, 0], "size": size, "growth": growth}}
-    row = row_of(run(CHANNEL, {"on": "bottom", "first": 0.005, "count": 6}, spacing=spacing), "bottom")
-    assert row["compressed"] == 1
-    assert row["first"]["kept"] > 0.99
-    assert row["count"]["least"] <= 3 < row["count"]["most"] == 6
-
-
-def layers_of(problem, label):
-    """Figures of the layers on a label, before anything is packed."""
-    return next(row for row in layer_figures(problem.rest.strips) if row.label == label)
+    row = layers_of(prepared(CHANNEL, {"on": "bottom", "first": 0.005, "count": 6}, spacing=spacing), "bottom")
+    assert row.compressed == 1
+    assert row.first["kept"] > 0.99
+    assert row.count["least"] <= 3 < row.count["most"] == 6
 
 
 def test_the_lowest_columns_are_those_with_the_fewest_layers():
@@ -1044,17 +1049,17 @@ def test_on_a_shore_that_is_rough_between_its_nodes_first_heights_are_kept(seed)
     ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).tolist()
     box = {"outer": {"rectangle": [-2000, -2000, 2000, 2000], "label": "sea"}}
     island = {"polygon": ring, "corners": 30, "label": "shore"}
-    row = row_of(run({**box, "holes": [island]}, {"on": "shore", "first": 1, "count": 8}, spacing=60), "shore")
-    assert row["first"]["kept"] > 0.99
+    row = layers_of(prepared({**box, "holes": [island]}, {"on": "shore", "first": 1, "count": 8}, spacing=60), "shore")
+    assert row.first["kept"] > 0.99
 
 
 @pytest.mark.parametrize("spacing", [0.6, 0.7, 0.8])
 def test_a_curve_with_few_nodes_has_no_fans(spacing):
     disc = {"circle": {"center": [0, 0], "radius": 1}, "label": "disc"}
     domain = {"outer": {"rectangle": [-4, -4, 4, 4], "label": "far"}, "holes": [disc]}
-    row = row_of(run(domain, {"on": "disc", "first": 1e-4, "count": 5}, spacing=spacing), "disc")
-    assert row["columns"] == round(2 * np.pi / spacing)
-    assert row["first"]["kept"] == 1
+    row = layers_of(prepared(domain, {"on": "disc", "first": 1e-4, "count": 5}, spacing=spacing), "disc")
+    assert row.columns == round(2 * np.pi / spacing)
+    assert row.first["kept"] == 1
 
 
 def test_a_label_named_twice_is_refused():
@@ -1071,11 +1076,11 @@ def test_a_first_layer_below_what_numbers_far_from_the_origin_hold_is_refused():
 
 def test_layers_in_a_slot_are_compressed_and_told():
     slot = {"outer": {"rectangle": [0, 0, 4, 0.02], "labels": SIDES}}
-    result = run(slot, {"on": ["bottom", "top"], "first": 0.01, "count": 6}, spacing={"value": 0.1, "across": 0})
-    row = row_of(result, "bottom")
-    assert row["compressed"] < 0.5
-    assert row["complete"] == 0
-    (text,) = [text for text in result.report["warnings"] if "'bottom'" in text and "less than half" in text]
+    problem = prepared(slot, {"on": ["bottom", "top"], "first": 0.01, "count": 6}, spacing={"value": 0.1, "across": 0})
+    row = layers_of(problem, "bottom")
+    assert row.compressed < 0.5
+    assert row.complete == 0
+    (text,) = [text for text in problem.warnings if "'bottom'" in text and "less than half" in text]
     assert "compressed to 0." in text
 
 
@@ -1134,7 +1139,7 @@ def test_python_programs_ask_for_layers_as_cases_do():
         square, 0.1, layers=[{"on": "outer", "first": 0.02, "count": 3, "growth": 1.5}], effort="fast"
     )
     check(mesh)
-    assert has_nodes(mesh, [(0.02, 0.02), (0.05, 0.05), (0.095, 0.095)])
+    assert has_nodes(mesh.points, [(0.02, 0.02), (0.05, 0.05), (0.095, 0.095)])
     with pytest.raises(CaseError, match=r"mesh\(\): layers.0.on: there is no side or line 'wall': allowed: outer"):
         bubblemesh.mesh(square, 0.1, layers=[{"on": "wall", "first": 0.02, "count": 3}])
 
