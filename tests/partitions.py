@@ -1,6 +1,7 @@
 """Cases with regions and what is embedded: how tests mesh them, and what every such mesh must hold."""
 
 from collections import Counter
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -25,8 +26,9 @@ MOONS = """
 """
 
 
+@cache
 def domain_of(text):
-    """The checked domain of a case text without a spacing."""
+    """The checked domain of a case text without a spacing, made once."""
     return prepare(load_case("parts.yaml", text=text + "\nspacing: 0.2\n")).domain
 
 
@@ -39,8 +41,9 @@ def packed(text, method="multilevel"):
     return domain, last.net
 
 
+@cache
 def mesh_of(text):
-    """The mesh of a case."""
+    """The mesh of a case, made once."""
     return mesh_case(load_case("parts.yaml", text=text)).mesh
 
 

@@ -2,11 +2,13 @@
 
 import dataclasses
 import json
+from itertools import product
 
 import meshio
 import numpy as np
 import pytest
 from partitions import mesh_of
+from sweeps import sweep
 
 from bubblemesh.errors import BubblemeshError, FileError
 from bubblemesh.meshes.conformity import require_conforming
@@ -129,27 +131,28 @@ spacing: 0.3
 """
 
 
-def open_in_place(gmsh, mesh, folder, form, ignored):
-    """Write a mesh and let Gmsh open it; its nodes have to stay where they are."""
+def open_in_place(gmsh, mesh, folder, form):
+    """Write a mesh and let Gmsh open it, without periodicity and then with it: its nodes stay where they are."""
     write_files(mesh, {}, {}, MeshFiles(folder, "cell", [form]))
-    gmsh.option.setNumber("Mesh.IgnorePeriodicity", ignored)
-    try:
-        gmsh.open(str(folder / "cell.msh"))
-    finally:
-        gmsh.option.setNumber("Mesh.IgnorePeriodicity", 1)
-    numbers, places, _ = gmsh.model.mesh.getNodes()
-    np.testing.assert_allclose(places.reshape(-1, 3)[np.argsort(numbers), :2], mesh.points, atol=1e-14)
+    for ignored in (1, 0):
+        gmsh.option.setNumber("Mesh.IgnorePeriodicity", ignored)
+        try:
+            gmsh.open(str(folder / "cell.msh"))
+        finally:
+            gmsh.option.setNumber("Mesh.IgnorePeriodicity", 1)
+        numbers, places, _ = gmsh.model.mesh.getNodes()
+        np.testing.assert_allclose(places.reshape(-1, 3)[np.argsort(numbers), :2], mesh.points, atol=1e-14)
 
 
-@pytest.mark.parametrize("ignored", [0, 1])
-@pytest.mark.parametrize("form", ["msh", "msh-ascii", "msh4"])
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("text", [RING, WEDGE, QUARTER], ids=["ring", "with its tip", "two pairs"])
-def test_gmsh_reads_how_sides_are_turned(gmsh, tmp_path, text, order, form, ignored):
+TURNED = {"ring": RING, "with its tip": WEDGE, "two pairs": QUARTER}
+FORMS = "msh", "msh-ascii", "msh4"
+
+
+@pytest.mark.parametrize(("name", "form", "order"), sweep(product(TURNED, FORMS, [1, 2]), quick=10))
+def test_gmsh_reads_how_sides_are_turned(gmsh, tmp_path, name, form, order):
+    text = TURNED[name]
     mesh = mesh_of(text) if order == 1 else mesh_of(text).second_order()[0]
-    open_in_place(gmsh, mesh, tmp_path, form, ignored)
-    if ignored:
-        return
+    open_in_place(gmsh, mesh, tmp_path, form)
     for sides in mesh.periodic_sides:
         found = gmsh.model.mesh.getPeriodicNodes(1, sides.second + 1, includeHighOrderNodes=True)
         original, nodes, originals, affine = found
@@ -164,7 +167,7 @@ def test_gmsh_reads_how_sides_are_turned(gmsh, tmp_path, text, order, form, igno
         np.testing.assert_array_equal(matrix[2:], np.eye(4)[2:])
 
 
-@pytest.mark.parametrize("form", ["msh", "msh-ascii", "msh4"])
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("text", [RING, WEDGE, QUARTER], ids=["ring", "with its tip", "two pairs"])
 def test_turned_sides_are_read_back(tmp_path, text, form):
     mesh = mesh_of(text)
@@ -208,15 +211,13 @@ OTHERS = {"one pair": "", "two pairs": ", [bottom, top]"}
 LABELLED = "points: [{at: [0, 0], label: origin}, {at: [0.5, 0.5], label: middle}]"
 
 
-@pytest.mark.parametrize("ignored", [0, 1])
-@pytest.mark.parametrize("points", ["", LABELLED], ids=["", "labelled"])
-@pytest.mark.parametrize("others", OTHERS)
-@pytest.mark.parametrize("form", ["msh", "msh-ascii", "msh4"])
-@pytest.mark.parametrize("order", [1, 2])
-def test_gmsh_leaves_nodes_where_they_are(gmsh, tmp_path, form, others, points, ignored, order):
-    mesh = mesh_of(PAIRED.replace("PAIRS", OTHERS[others]).replace("POINTS", points))
+@pytest.mark.parametrize(
+    ("form", "others", "labelled", "order"), sweep(product(FORMS, OTHERS, [False, True], [1, 2]), quick=13)
+)
+def test_gmsh_leaves_nodes_where_they_are(gmsh, tmp_path, form, others, labelled, order):
+    mesh = mesh_of(PAIRED.replace("PAIRS", OTHERS[others]).replace("POINTS", LABELLED if labelled else ""))
     mesh = mesh if order == 1 else mesh.second_order()[0]
-    open_in_place(gmsh, mesh, tmp_path, form, ignored)
+    open_in_place(gmsh, mesh, tmp_path, form)
     names = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
     assert names - {"periodic-ends"} == {*mesh.labels, *mesh.regions, *mesh.point_labels}
 
@@ -273,7 +274,7 @@ def test_the_sidecar_tells_the_counterparts_where_a_format_does_not(tmp_path, fo
             np.testing.assert_allclose(found[second]["shift"], np.multiply(shift, -1), atol=1e-12)
 
 
-@pytest.mark.parametrize("form", ["msh", "msh-ascii", "msh4"])
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("parts", [None, 2])
 def test_points_and_periodic_sides_are_read_back(tmp_path, form, order, parts):
