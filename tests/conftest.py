@@ -1,7 +1,9 @@
 """What all tests share: what needs a browser is marked so, and Gmsh's own reader."""
 
 import gc
+import os
 import signal
+import stat
 from functools import cache
 
 import pytest
@@ -19,6 +21,19 @@ settings.load_profile("steady")
 
 # Typer's runner puts all commands together anew for each one that a test calls, which takes longer than many of them.
 typer.testing._get_command = cache(get_command)
+
+# Whether a file is on the disk only a power cut can tell, and waiting for the disk takes longer than many tests.
+to_disk = os.fsync
+
+
+def to_disk_if_special(number):
+    """What `os.fsync` does, but for files and folders, which are there for all processes already."""
+    kind = os.fstat(number).st_mode
+    if not (stat.S_ISREG(kind) or stat.S_ISDIR(kind)):
+        to_disk(number)
+
+
+os.fsync = to_disk_if_special
 
 # Python would look for garbage again and again in all that is collected, which takes a third of the time of that.
 gc.disable()
