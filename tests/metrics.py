@@ -41,7 +41,7 @@ def matrices(tensors):
 
 
 def metric_case(metric, outer=None, holes=(), spacing=0.06, **keys):
-    """A case with a metric, by default in the unit square."""
+    """A case with a metric, by default in the unit square and with little effort."""
     outer = {"rectangle": [0, 0, 1, 1]} if outer is None else outer
     data = {"name": "m", "domain": {"outer": outer, "holes": list(holes)}, "spacing": spacing, "metric": metric}
-    return Case.model_validate(data | keys)
+    return Case.model_validate(data | {"packing": {"effort": "fast"}} | keys)

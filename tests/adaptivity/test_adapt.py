@@ -27,6 +27,7 @@ PLATE = """
 name: plate
 domain: {outer: {rectangle: [0, 0, 2, 1], label: wall}, holes: [{circle: {center: [1, 0.5], radius: 0.2}, label: hole}]}
 spacing: 0.07
+packing: {effort: fast}
 """
 
 

@@ -7,8 +7,9 @@ import signal
 import subprocess
 import tempfile
 import time
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 from batch_cases import table_in
@@ -19,23 +20,33 @@ from bubblemesh.batch.folders import staging_prefix
 from bubblemesh.batch.worker import BatchJob
 from bubblemesh.case import overrides_of
 from bubblemesh.errors import CaseError
+from bubblemesh.messages import own_places
 
 RING = "0 0\n1 0\n1 1\n0 1\n"
 WITH_FILE = SMALL.replace("rectangle: [0, 0, 1, 1], label: wall", "file: ../data/ring.txt")
 
 
-@pytest.fixture
-def done(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def once_done(tmp_path_factory):
     """A folder with a batch of three cases done: one plain, one with a base, one with a file."""
+    here = tmp_path_factory.mktemp("batch")
+    with chdir(here), own_places():
+        for folder in ("cases", "data"):
+            Path(folder).mkdir()
+        Path("data/ring.txt").write_text(RING)
+        Path("cases/_base.yaml").write_text(SMALL)
+        Path("cases/plain.yaml").write_text(SMALL)
+        Path("cases/child.yaml").write_text("base: _base.yaml\nspacing: 0.5\n")
+        Path("cases/file.yaml").write_text(WITH_FILE)
+        rows_of("cases", folder="out")
+    return here
+
+
+@pytest.fixture
+def done(once_done, tmp_path, monkeypatch):
+    """The present folder: a copy of that with the batch."""
+    copytree(once_done, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    for folder in ("cases", "data"):
-        Path(folder).mkdir()
-    Path("data/ring.txt").write_text(RING)
-    Path("cases/_base.yaml").write_text(SMALL)
-    Path("cases/plain.yaml").write_text(SMALL)
-    Path("cases/child.yaml").write_text("base: _base.yaml\nspacing: 0.5\n")
-    Path("cases/file.yaml").write_text(WITH_FILE)
-    rows_of("cases", folder="out")
     return tmp_path
 
 

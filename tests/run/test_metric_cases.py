@@ -42,7 +42,7 @@ def long():
 
 
 def test_a_front_is_meshed_by_ellipses_that_fit_the_metric():
-    report = meshed(FRONT).report
+    report = meshed(FRONT, packing={}).report
     assert report.method == "ellipses"
     assert report.nodes == pytest.approx(report.ideal_nodes, rel=0.03)
     assert report.quality["mean"] > 0.985
