@@ -43,6 +43,7 @@ domain:
   periodic: [[left, right]]
 spacing: 0.07
 parts: 5
+packing: {effort: fast}
 output: {ids: {bar: 3, bore: 3, stud: 71, probe: 5}}
 """
 AREAS = """
@@ -52,11 +53,13 @@ domain:
     - {rectangle: [3, 0, 5, 2]}
 spacing: 0.08
 parts: 3
+packing: {effort: fast}
 """
 DISC = """
 domain: {outer: {circle: {center: [0, 0], radius: 1}}}
-spacing: 0.045
+spacing: 0.04
 parts: 3
+packing: {effort: fast}
 """
 CASES = {"plate": PLATE, "areas": AREAS, "disc": DISC}
 WITHOUT_PARTITION = ("xdmf", "nodes.npz", "nodes.csv")
@@ -321,7 +324,7 @@ app()
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit on the size of files")
 def test_a_run_whose_slices_do_not_fit_on_the_disk_ends_with_an_error_and_no_file(tmp_path):
-    (tmp_path / "case.yaml").write_text("name: disc" + DISC.replace("0.045", "0.08"), encoding="utf-8")
+    (tmp_path / "case.yaml").write_text("name: disc" + DISC.replace("0.04", "0.08"), encoding="utf-8")
     options = ["--format", "xdmf", "--jobs", "1", "-o", str(tmp_path / "out")]
     command = [sys.executable, "-B", "-c", LIMITED_RUN, "run", str(tmp_path / "case.yaml"), *options]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
