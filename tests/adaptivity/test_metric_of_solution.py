@@ -31,7 +31,8 @@ from bubblemesh.problem.spacing import case_spacing
 from bubblemesh.problem.task import task_of
 from bubblemesh.process.limits import Stopwatch
 
-CASE = "name: a\ndomain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.06\n"
+FAST = "packing: {effort: fast}\n"
+CASE = f"name: a\ndomain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: 0.06\n{FAST}"
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +127,7 @@ def test_an_error_that_the_coarsest_mesh_does_not_have_leads_to_that(mesh, case,
 
 
 def test_methods_of_circles_are_refused(mesh):
-    case = bubblemesh.load_case("-", text=CASE + "method: bpm\n")
+    case = bubblemesh.load_case("-", text=CASE.replace(FAST, "method: bpm\n"))
     solution = bubblemesh.Solution.of(mesh.points, mesh.triangles, layer(*mesh.points.T))
     with pytest.raises(CaseError, match=r"method: bpm packs no metric: leave method out with anisotropic$"):
         bubblemesh.adapt(case, solution, anisotropic=True, nodes=300)
@@ -178,7 +179,12 @@ def test_the_loop_lowers_the_interpolation_error_more_than_without_direction(mes
     assert error[True] < 0.5 * error[False]
 
 
-SQUARE = "name: a\ndomain: {{outer: {{rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}}{more}}}\nspacing: 0.06\n"
+SQUARE = """
+name: a
+domain: {{outer: {{rectangle: [0, 0, 1, 1], labels: [b, r, t, l]}}{more}}}
+spacing: 0.06
+packing: {{effort: fast}}
+"""
 PERIODIC = SQUARE.format(more=", periodic: [[l, r], [b, t]]")
 LAYERS = SQUARE.format(more="") + "layers: [{on: b, first: 0.001, until: isotropic}]\n"
 

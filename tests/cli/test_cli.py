@@ -126,7 +126,7 @@ def test_the_report_tells_the_solver_and_the_order(square, tmp_path):
     [(["--format", "vtk", "--format", "pos"], ["vtk", "pos"]), (["--for", "su2"], ["su2"]), ([], ["msh", "vtu"])],
 )
 def test_the_report_tells_the_formats_that_options_ask_for(options, formats, square, tmp_path):
-    bubblemesh("run", square, "-q", "-o", "out/", "--report", *options, folder=tmp_path)
+    bubblemesh("run", square, "-q", "-o", "out/", *options, folder=tmp_path)
     report = json.loads((tmp_path / "out" / "square.report.json").read_text())
     dry = json.loads(bubblemesh("run", square, "-q", "--json", "--dry-run", *options, folder=tmp_path).stdout)
     for told in (report, dry):

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from sweeps import sweep
 from typer.testing import CliRunner
 
 from bubblemesh.cli import app, completion
@@ -72,7 +73,7 @@ def test_zsh_and_fish_are_given_choices_and_else_complete_files():
     assert found.stdout.split() == ["freefem"]
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.parametrize("shell", sweep(["bash", "zsh", "fish"], quick=1))
 def test_the_script_of_a_shell_calls_the_command(shell):
     # Typer asks for the shell's name as the option's value where it may not look for the shell by itself.
     found = separately("--show-completion", shell, _TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION="1")

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from partitions import domain_of
+from sweeps import sweep
 
 from bubblemesh.errors import GeometryError
 
@@ -25,9 +26,12 @@ NESTED = {
 }
 
 
-@pytest.mark.parametrize("text", NESTED.values(), ids=NESTED)
-@pytest.mark.parametrize(("ratio", "angle"), [(0.97, 0.37), (0.99, 2.1), (0.999, 0.37)])
-def test_circles_that_touch_with_nearly_the_same_radius_are_refused_with_the_place(text, angle, ratio):
+@pytest.mark.parametrize(
+    ("name", "ratio", "angle"),
+    sweep([(name, *touch) for name in NESTED for touch in ((0.97, 0.37), (0.99, 2.1), (0.999, 0.37))], quick=5),
+)
+def test_circles_that_touch_with_nearly_the_same_radius_are_refused_with_the_place(name, angle, ratio):
+    text = NESTED[name]
     with pytest.raises(GeometryError, match=r"two curves (part|pass each other) at") as caught:
         domain_of(text.format(disc(0.5, 0.5, 0.3), inscribed(ratio, angle)))
     x, y = (float(word.strip("(),")) for word in str(caught.value).partition(" at ")[2].split()[:2])

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from metrics import random_tensors
 from scattered_points import SIDES, scattered
+from sweeps import sweep
 from twins import needs_compiler
 
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
@@ -133,8 +134,10 @@ def smoothing_problem(seed, aspect=8.0):
 
 
 @needs_compiler
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize(("aspect", "free"), [(1.0, 1.0), (30.0, 1.0), (5.0, 1.3)])
+@pytest.mark.parametrize(
+    ("aspect", "free", "seed"),
+    sweep([(*one, seed) for one in ((1.0, 1.0), (30.0, 1.0), (5.0, 1.3)) for seed in range(4)], quick=5),
+)
 def test_both_engines_smooth_alike(seed, aspect, free):
     x, *given = smoothing_problem(seed, aspect)
     newton = Newton(*given, 0.5, free)

@@ -1,7 +1,10 @@
+from itertools import product
+
 import numpy as np
 import pytest
 from metrics import random_tensors
 from scattered_points import SIDES, scattered
+from sweeps import sweep
 from twins import needs_compiler
 
 from bubblemesh.kernels.grading import grown, grown_in_numpy
@@ -19,8 +22,7 @@ def neighbours(triangles, count):
 
 
 @needs_compiler
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("growth", [0.0, 0.02, 0.5])
+@pytest.mark.parametrize(("growth", "seed"), sweep(product([0.0, 0.02, 0.5], range(4)), quick=5))
 def test_both_engines_pass_tensors_on_alike(seed, growth):
     x = scattered(seed)
     begin, ends = neighbours(linked(x, SIDES)[0], len(x))

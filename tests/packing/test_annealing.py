@@ -247,7 +247,7 @@ def test_bubbles_displaced_out_of_the_domain_are_gone():
     domain, spacing, bubbles = packed_hexagon(3)
     x = bubbles.x.copy()
     x[-1] = [0, 2.59]  # just inside the upper side, which is at 2.598
-    result, _ = annealed(CyclicAnnealing(effort="best", amplitude=0.4), domain, spacing, replace(bubbles, x=x))
+    result, _ = annealed(CyclicAnnealing(effort="normal", amplitude=0.4), domain, spacing, replace(bubbles, x=x))
     net = connect_inside(result.bubbles, domain, spacing)
     assert len(net.bubbles) < len(bubbles)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from examples import BARE
 from invariants import check_mesh
+from sweeps import sweep
 
 from bubblemesh.case import load_case
 from bubblemesh.meshes.quality import radius_ratios
@@ -120,7 +121,7 @@ def test_bubbles_of_the_last_round_have_the_requested_spacing_and_are_all_connec
     assert np.abs(distance[: net.bubbles.boundary_count]).max() < 1e-12
 
 
-@pytest.mark.parametrize("example", ["2", "4"])
+@pytest.mark.parametrize("example", sweep(["2", "4"], quick=1))
 def test_same_seed_gives_the_same_bytes_and_another_seed_another_mesh(example):
     one, same, other = (meshed(BARE[example], seed).mesh for seed in (3, 3, 4))
     for name in ("points", "triangles", "facets", "facet_labels"):

@@ -131,8 +131,8 @@ def test_bubbles_of_all_sizes_around_fine_spots_take_memory_for_the_pairs_only()
     size = np.repeat(2.0 ** np.arange(-24.0, -4.0, 0.5), 40)  # as many of each size, at distances in proportion
     angle = random.uniform(0, 2 * np.pi, len(size))
     ring = 2.5 * size[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    spots = random.random((30, 2))
-    x, d = (spots[:, None] + ring).reshape(-1, 2), np.tile(size, 30)
+    spots = random.random((15, 2))
+    x, d = (spots[:, None] + ring).reshape(-1, 2), np.tile(size, 15)
     pairs_within(x[:10], d[:10], 1.9)  # what is loaded at first
     tracemalloc.start()
     pairs = pairs_within(x, d, 1.9)

@@ -87,7 +87,7 @@ def corner_angles(ring):
     return np.degrees(np.mod(turn, 2 * np.pi))
 
 
-@pytest.mark.parametrize("angle", [28, 29, 30])
+@pytest.mark.parametrize("angle", sweep([30, 28, 29], quick=2))
 def test_the_angle_holds_between_circles_that_nearly_touch(angle):
     before, after = (meshed(NEAR_CIRCLES, angle_min=a) for a in (0, angle))
     assert before.report["quality"]["angle_min"] < angle

@@ -19,6 +19,7 @@ domain:
   outer: {rectangle: [0, 0, 1.2, 0.6], labels: [wall, outlet, wall, inlet]}
   holes: [{circle: {center: [0.4, 0.3], radius: 0.1}, label: "<i>pin</i>"}]
 spacing: 0.06
+packing: {effort: fast}
 layers:
   - {on: wall, first: 0.004, count: 4}
   - {on: "<i>pin</i>", first: 0.003, growth: 1.3, count: 20}

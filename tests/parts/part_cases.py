@@ -29,7 +29,7 @@ domain:
     - {{path: [[0.2, 0.3], [3.7, 0.5]], label: crack}}
   points:
     - {{at: [3.5, 1.5], label: well}}
-spacing: {{value: 0.1, regions: {{core: 0.06}}}}
+spacing: {{value: 0.12, regions: {{core: 0.075}}}}
 """
 DISC = """
 domain:
@@ -63,7 +63,7 @@ RADII = 1 + 0.08 * np.sin(9 * WAVES) + 0.01 * np.cos(61 * WAVES)
 SHORE = f"""
 domain:
   outer: {{polygon: {np.column_stack([RADII * np.cos(WAVES), RADII * np.sin(WAVES)]).round(6).tolist()}}}
-spacing: 0.045
+spacing: 0.055
 """
 CASES = {
     "HOLES": HOLES,

@@ -30,7 +30,8 @@ DEGREES = {"from": "EPSG:4326", "to": "EPSG:4326"}
 
 
 def case(domain=BOX, spacing=40e3, crs=DEGREES, **keys):
-    return load_case("sea.yaml", text=json.dumps({"domain": domain, "spacing": spacing, "crs": crs} | keys))
+    data = {"domain": domain, "spacing": spacing, "crs": crs, "packing": {"effort": "fast"}}
+    return load_case("sea.yaml", text=json.dumps(data | keys))
 
 
 def lengths(mesh):

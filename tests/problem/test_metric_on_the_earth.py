@@ -19,8 +19,8 @@ EAST = np.array([1e-3, 0.0])  # degrees
 
 def case_with(metric, **keys):
     outer = {"polygon": [[-5, 60], [5, 60], [5, 64], [-5, 64]], "label": "coast"}
-    case = {"crs": {"from": "EPSG:4326"}, "domain": {"outer": outer}, "spacing": 40_000, "metric": metric} | keys
-    return load_case("a.yaml", text=json.dumps(case))
+    case = {"crs": {"from": "EPSG:4326"}, "domain": {"outer": outer}, "spacing": 40_000, "metric": metric}
+    return load_case("a.yaml", text=json.dumps(case | {"packing": {"effort": "fast"}} | keys))
 
 
 def prepared(case):

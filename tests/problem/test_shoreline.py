@@ -37,7 +37,8 @@ def write(shapes, name="coast.geojson"):
 def case(spacing=4, box=BOX, name="coast.geojson", **keys):
     own = {key: keys.pop(key) for key in ("smallest", "detail", "narrowest", "of") if key in keys}
     domain = {"box": box, "shoreline": {"file": name} | own}
-    return load_case("sea.yaml", text=json.dumps({"domain": domain, "spacing": spacing} | keys))
+    data = {"domain": domain, "spacing": spacing, "packing": {"effort": "fast"}}
+    return load_case("sea.yaml", text=json.dumps(data | keys))
 
 
 def lengths(mesh):

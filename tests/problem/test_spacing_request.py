@@ -327,7 +327,7 @@ def test_the_estimate_tells_the_labels_of_all_that_is_inside_too():
 @pytest.mark.parametrize("sizes", sweep([1, 100, 2], quick=2))
 def test_very_many_points_count_as_each_of_them_would(sizes):
     rng = np.random.default_rng(1)
-    places, size = rng.uniform(0.1, 0.9, (200, 2)), np.repeat([0.02 + 0.001 * k for k in range(sizes)], 200 // sizes)
+    places, size = rng.uniform(0.1, 0.9, (100, 2)), np.repeat([0.02 + 0.001 * k for k in range(sizes)], 100 // sizes)
     terms = [{"point": place, "size": own} for place, own in zip(places.tolist(), size.tolist(), strict=True)]
     found = values({"value": 0.5, "near": terms, "growth": 0.3})
     each = [values({"value": 0.5, "near": term, "growth": 0.3}) for term in terms]

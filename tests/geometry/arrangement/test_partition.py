@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapely
 from partitions import check_pieces, domain_of
+from sweeps import sweep
 
 from bubblemesh.errors import CaseError, GeometryError
 
@@ -208,7 +209,7 @@ def test_a_region_that_surrounds_a_hole_with_the_same_circle_has_no_inner_piece_
         domain_of(unit([f"{{name: a, ring: {{{ring}}}}}"], holes=[f"{{{ring}}}"]))
 
 
-@pytest.mark.parametrize("radius", [0.4, pytest.param(3, marks=pytest.mark.long), 1000])
+@pytest.mark.parametrize("radius", sweep([1000, 0.4, 3], quick=1))
 def test_a_layer_much_thinner_than_chords_of_its_circles_are_long_lies_between_them(radius):
     layers = [BEHIND.format(name, x, f"({radius} + {x})") for name, x in [("a", 0.4), ("b", 0.4001), ("c", 0.4005)]]
     b = domain_of(unit(layers)).boundary

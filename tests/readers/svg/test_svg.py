@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from geometry_files import SVG, area, domain, read_rings
+from sweeps import sweep
 
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry import polygonal_copy
@@ -63,8 +64,9 @@ class TestPictures:
     def test_arcs_without_a_radius_are_lines_and_what_has_no_area_bounds_nothing(self, path, size, written):
         assert area(written("a.svg", SVG.format(f'<path d="{path}"/>'))) == pytest.approx(size)
 
-    @pytest.mark.parametrize("transform", TRANSFORMS)
-    @pytest.mark.parametrize(("shape", "size"), ROUND_SHAPES)
+    @pytest.mark.parametrize(
+        ("shape", "size", "transform"), sweep([(*one, how) for one in ROUND_SHAPES for how in TRANSFORMS], quick=11)
+    )
     def test_round_shapes_are_themselves_under_any_transform(self, shape, size, transform, written):
         matrix = pytest.importorskip("svgelements").Matrix(transform)
         drawing = SVG.format(f'<g transform="{transform}">{shape}</g>')

@@ -1,6 +1,9 @@
+from itertools import product
+
 import numpy as np
 import pytest
 from lattices import uniform
+from sweeps import sweep
 
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
@@ -87,9 +90,7 @@ def test_leaves_follow_each_other_along_a_curve(spacing):
     assert (step.min(axis=1) < 0.999 * touching).all()
 
 
-@pytest.mark.parametrize("most", [30, 100, 300])
-@pytest.mark.parametrize("spacing", SPACINGS)
-@pytest.mark.parametrize("domain", DOMAINS)
+@pytest.mark.parametrize(("domain", "spacing", "most"), sweep(product(DOMAINS, SPACINGS, [30, 100, 300]), quick=13))
 def test_leaves_in_blocks_are_the_same_in_the_same_order(domain, spacing, most, monkeypatch):
     domain, d, whole = cells(domain, spacing, 1.0)
     monkeypatch.setattr(grid_cells, "MOST_AT_ONCE", most)
