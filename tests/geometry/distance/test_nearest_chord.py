@@ -76,7 +76,7 @@ def clouds(start):
 def test_both_engines_find_the_same_chords(start, end):
     runs, random = ChordRuns.of(start, end), np.random.default_rng(3)
     points = np.vstack(
-        [clouds(start), start, np.round(8 * start) / 8, (start + end) / 2, random.uniform(-2, 2, (2000, 2))]
+        [clouds(start), start, np.round(8 * start) / 8, (start + end) / 2, random.uniform(-2, 2, (5000, 2))]
     )
     for order in (np.arange(len(points)), random.permutation(len(points))):
         assert_array_equal(nearest_chord(runs, points[order]), nearest_in_numpy(runs, points[order]))
