@@ -72,7 +72,7 @@ MAY_IMPORT = {
 # What each inner room imports of the room that it is in: modules and other inner rooms. The rest of that room may
 # import the inner one.
 INNER = {
-    "geometry/arrangement": {"boundary", "curves", "nesting", "paths", "polygonal_copy", "validity"},
+    "geometry/arrangement": {"boundary", "curves", "nesting", "paths", "polygonal_copy", "similarity", "validity"},
     "geometry/distance": {"boundary", "curves"},
     "meshfiles/sources": {"containment", "groups"},
     "meshfiles/write": {"formats", "groups", "text"},

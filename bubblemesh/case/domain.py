@@ -2,11 +2,22 @@
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.data_terms import ValueBounds
 from bubblemesh.case.drawing import DrawnKeys
-from bubblemesh.case.fields import Choice, Label, OneLabel, OneOrMore, PositiveArea, Strict, Text, list_of
+from bubblemesh.case.fields import (
+    Choice,
+    Label,
+    OneLabel,
+    OneOrMore,
+    Point,
+    PositiveArea,
+    Strict,
+    Text,
+    list_of,
+    not_empty,
+)
 from bubblemesh.case.geometry_files import GeometryFile
 from bubblemesh.case.lines_and_points import LineKeys, PointKeys
 from bubblemesh.case.repair import RepairKeys
@@ -26,6 +37,27 @@ class RegionKeys(DrawnKeys):
     largest: PositiveArea | None = Field(default=None, description="Largest area of a triangle in the region.")
 
 
+def _several(value: Any) -> bool:
+    """Whether a value is a list of points, not one."""
+    return isinstance(value, list | tuple) and isinstance(next(iter(value), ()), list | tuple)
+
+
+OneOrMorePoints = Annotated[
+    Annotated[Point, Tag("<one>")] | Annotated[tuple[Point, ...], BeforeValidator(not_empty), Tag("<several>")],
+    Discriminator(lambda value: "<several>" if _several(value) else "<one>"),
+    AfterValidator(lambda value: value if _several(value) else (value,)),
+]
+
+
+class RegionSeed(DrawnKeys):
+    """A part of the domain that lines, rings and the outline enclose around a point, or several such parts."""
+
+    name: Label = Field(description="Name of the region in the mesh files.")
+    at: OneOrMorePoints = Field(description="Point [x, y] in the region, or a list of points in its parts.")
+    spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in the region.")
+    largest: PositiveArea | None = Field(default=None, description="Largest area of a triangle in the region.")
+
+
 class RegionFile(GeometryFile):
     """Features of a file that share borders, as regions named by one of their properties."""
 
@@ -38,9 +70,12 @@ def _as_list(value: Any) -> Any:
     return [value] if isinstance(value, dict | BaseModel) else value
 
 
+REGIONS = Choice("a mapping", ("ring", "at", "file"))
+
 RegionEntry = Annotated[
-    Annotated[RegionKeys, Tag("<ring>")] | Annotated[RegionFile, Tag("<file>")],
-    Discriminator(lambda value: "<file>" if _has_file(value) else "<ring>"),
+    Annotated[RegionKeys, Tag("<ring>")] | Annotated[RegionSeed, Tag("<at>")] | Annotated[RegionFile, Tag("<file>")],
+    Discriminator(REGIONS.tag),
+    BeforeValidator(REGIONS.checked),
 ]
 
 
@@ -57,7 +92,7 @@ class InnerKeys(Strict):
     """Keys of a domain beside its rings."""
 
     regions: Annotated[tuple[RegionEntry, ...], BeforeValidator(_as_list, json_schema_input_type=Regions)] = Field(
-        default=(), description="Parts of the domain with names of their own, drawn or from files."
+        default=(), description="Parts of the domain with names of their own, drawn, around points, or from files."
     )
     region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
     lines: tuple[LineKeys, ...] = Field(default=(), description="Lines that edges of the mesh follow.")

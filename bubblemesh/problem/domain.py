@@ -9,15 +9,24 @@ from typing import TYPE_CHECKING
 
 from bubblemesh import readers
 from bubblemesh.case import Case
-from bubblemesh.case.domain import DomainKeys, FileDomain, InnerKeys, RegionDomain, RegionFile, RingDomain, ShoreDomain
+from bubblemesh.case.domain import (
+    DomainKeys,
+    FileDomain,
+    InnerKeys,
+    RegionDomain,
+    RegionFile,
+    RegionSeed,
+    RingDomain,
+    ShoreDomain,
+)
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, about, coarsened_by, prefixed
 from bubblemesh.geometry.arrangement.overlay import overlaid
-from bubblemesh.geometry.arrangement.regions import InnerParts, Region
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.following import Following, followed_together
-from bubblemesh.geometry.geography import given_plane, has_new_contacts, projecting
+from bubblemesh.geometry.geography import given_plane, has_new_contacts, projected_point, projecting
 from bubblemesh.geometry.nesting import with_holes, without_outside_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import counted, ring_name, tell_places_by, tell_places_of
@@ -213,8 +222,12 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
 
 def _inner_parts(keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
     """Regions in areas, and what is embedded; errors say which one it is."""
-    regions = tuple(_regions(keys))
-    return _with_embedded(InnerParts(regions, keys.region, periodic=keys.periodic), keys, areas)
+    return _with_embedded(_with_regions(keys), keys, areas)
+
+
+def _with_regions(keys: InnerKeys) -> InnerParts:
+    """Regions of a domain, and points in further ones."""
+    return InnerParts(tuple(_regions(keys)), keys.region, periodic=keys.periodic, seeds=tuple(_seeds(keys)))
 
 
 def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
@@ -228,6 +241,8 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
     """Regions of the keys, those of a file one by one; CaseError if one of these has the name of another entry."""
     seen = {keys.region: REST}
     for number, model in enumerate(keys.regions):
+        if isinstance(model, RegionSeed):
+            continue
         key = _region_key(number)
         if isinstance(model, RegionFile):
             with about(key):
@@ -243,6 +258,15 @@ def _regions(keys: InnerKeys) -> Iterator[Region]:
         label = model.label if isinstance(model, RegionFile) else getattr(model.ring, "label", None)
         named = label is not None or not isinstance(model, RegionFile)
         yield from (replace(_region(area, str(area.name), number, label), named=named) for area in found)
+
+
+def _seeds(keys: InnerKeys) -> Iterator[Seed]:
+    """Points in regions of the keys that lines and rings enclose around them."""
+    for number, model in enumerate(keys.regions):
+        if isinstance(model, RegionSeed):
+            key = _region_key(number)
+            with prefixed(f"region {model.name!r}"), about(key):
+                yield from drawn((Seed(projected_point(at), model.name, key, number) for at in model.at), model)
 
 
 def _region_key(entry: int) -> Key:
@@ -278,7 +302,7 @@ def _renamed(area: Area, name: Name) -> Area:
 
 def _covering(keys: RegionDomain) -> tuple[list[Area], InnerParts]:
     """Areas that the regions of files cover together, and these regions, with what is embedded."""
-    parts = InnerParts(tuple(_regions(keys)), keys.region, periodic=keys.periodic)
+    parts = _with_regions(keys)
     areas = _covered(keys, parts)
     return areas, _with_embedded(parts, keys, areas)
 

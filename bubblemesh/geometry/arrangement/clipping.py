@@ -25,7 +25,7 @@ def without_outside(
     ``signed_distance`` is that of points (m, 2) from its boundary, positive inside. GeometryError if other points are
     outside, with their number and the first of them.
     """
-    parts = _without_regions(parts, polygon)
+    parts = _without_seeds(_without_regions(parts, polygon), signed_distance)
     if not any(thing.optional for thing in parts.lines) and not parts.points:
         return parts
     x0, y0, x1, y1 = polygon.bounds
@@ -64,6 +64,21 @@ def _without_regions(parts: InnerParts, polygon: shapely.Polygon | shapely.Multi
     left = set(map(id, gone))
     kept = tuple(region for region in parts.regions if id(region) not in left)
     return replace(parts, regions=kept, remarks=(*parts.remarks, note))
+
+
+def _without_seeds(parts: InnerParts, signed_distance: Callable[[Floats], Floats]) -> InnerParts:
+    """The parts without the optional points of regions that are outside of a domain."""
+    optional = [seed for seed in parts.seeds if seed.optional]
+    if not optional:
+        return parts
+    outside = signed_distance(np.array([seed.at for seed in optional], float)) < 0
+    gone = [seed for seed, out in zip(optional, outside.tolist(), strict=True) if out]
+    if not gone:
+        return parts
+    left = set(map(id, gone))
+    note = f"{counted(len(gone), 'point')} of regions left out, outside of the domain"
+    kept = tuple(seed for seed in parts.seeds if id(seed) not in left)
+    return replace(parts, seeds=kept, remarks=(*parts.remarks, note))
 
 
 def _require_none(points: Sequence[InnerPoint]) -> None:

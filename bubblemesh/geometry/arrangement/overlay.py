@@ -84,17 +84,11 @@ def areas_beside(
 
     ``before`` has the rings' sides as they were. The first ring has the notes on all.
     """
-    runs = [Run(int(piece), bool(right[piece])) for piece in np.flatnonzero(left != right)]
-    assembly = _Assembly(split, before, [side.curve for ring in rings for side in ring.sides])
-    found = [assembly.ring(loop) for loop in _simple(split, _loops(split, runs))]
-    notes = tuple(dict.fromkeys(note for ring in rings for note in ring.notes))
-    copies = outlines(found)
+    found = Assembly(split, before, [side.curve for ring in rings for side in ring.sides]).areas(left, right)
     if any(ring.given is not None for ring in rings):
-        found = [replace(ring, given=points) for ring, points in zip(found, copies, strict=True)]
-    turns = [shapely.is_ccw(shapely.linearrings(points)) for points in copies]
-    outer = [Area(ring) for ring, turn in zip(found, turns, strict=True) if turn]
-    result = with_holes(outer, [ring for ring, turn in zip(found, turns, strict=True) if not turn])
-    return [replace(area, outer=replace(area.outer, notes=() if k else notes)) for k, area in enumerate(result)]
+        found = [area.mapped(lambda ring: replace(ring, given=ring.outline)) for area in found]
+    notes = tuple(dict.fromkeys(note for ring in rings for note in ring.notes))
+    return [replace(area, outer=replace(area.outer, notes=() if k else notes)) for k, area in enumerate(found)]
 
 
 def size_of(points: Floats) -> float:
@@ -127,7 +121,9 @@ def _loops(boundary: Boundary, runs: Sequence[Run]) -> list[list[Run]]:
     if not open_:
         return closed
     begin, end = np.array([_ends(boundary, run) for run in open_]).T
-    ahead, behind = _directions(boundary, open_, begin, end)
+    piece, backward = np.array(open_).T
+    at_start, at_end = directions(boundary, piece)
+    ahead, behind = np.where(backward, at_end, at_start), np.where(backward, at_start, at_end)
     leaving: dict[int, list[int]] = {}
     for number, corner in enumerate(begin.tolist()):
         leaving.setdefault(corner, []).append(number)
@@ -152,24 +148,21 @@ def _ends(boundary: Boundary, run: Run) -> tuple[int, int]:
     return (end, start) if run.backward else (start, end)
 
 
-def _directions(boundary: Boundary, runs: Sequence[Run], begin: Integers, end: Integers) -> tuple[Floats, Floats]:
-    """Angles (m,) at which runs leave the corners where they begin, and (m,) at which they are seen from their ends.
+def directions(boundary: Boundary, pieces: Integers) -> tuple[Floats, Floats]:
+    """Angles (m,) in which open pieces (m,) are seen from the corners where they start, and where they end.
 
-    Angles are those of places a little away, equally far on all runs at a corner, as curves may leave it side by side.
+    Angles are those of places a little away, equally far on all pieces at a corner: curves may leave it side by side.
     """
-    piece = np.array([run.piece for run in runs])
-    backward = np.array([run.backward for run in runs])
-    lengths = boundary.lengths[piece]
+    lengths = boundary.lengths[pieces]
+    corners = boundary.start[pieces], boundary.end[pieces]
     shortest = np.full(len(boundary.corners), np.inf)
-    np.minimum.at(shortest, begin, lengths)
-    np.minimum.at(shortest, end, lengths)
-    angles = []
-    for corner, at_start in ((begin, ~backward), (end, backward)):
-        away = BESIDE_CORNER * shortest[corner]
-        places = boundary.points(piece, np.where(at_start, away, lengths - away))
-        x, y = (places - boundary.corners[corner]).T
-        angles.append(np.arctan2(y, x))
-    return angles[0], angles[1]
+    for corner in corners:
+        np.minimum.at(shortest, corner, lengths)
+    away = [BESIDE_CORNER * shortest[corner] for corner in corners]
+    seen = [boundary.points(pieces, s) for s in (away[0], lengths - away[1])]
+    x, y = np.moveaxis(np.stack(seen) - boundary.corners[np.stack(corners)], -1, 0)
+    at_start, at_end = np.arctan2(y, x)
+    return at_start, at_end
 
 
 def _simple(boundary: Boundary, loops: Sequence[list[Run]]) -> list[list[Run]]:
@@ -192,12 +185,20 @@ def _simple(boundary: Boundary, loops: Sequence[list[Run]]) -> list[list[Run]]:
 
 
 @record
-class _Assembly:
+class Assembly:
     """Rings of pieces, with the boundary before they were split and the curve of each of its pieces."""
 
     split: Boundary
     before: Boundary
     curves: Sequence[Curve]
+
+    def areas(self, left: Booleans, right: Booleans) -> list[Area]:
+        """Areas on the ``left`` or ``right`` of the pieces (p,) that were split."""
+        runs = [Run(int(piece), bool(right[piece])) for piece in np.flatnonzero(left != right)]
+        found = [self.ring(loop) for loop in _simple(self.split, _loops(self.split, runs))]
+        turns = [shapely.is_ccw(shapely.linearrings(points)) for points in outlines(found)]
+        outer = [Area(ring) for ring, turn in zip(found, turns, strict=True) if turn]
+        return with_holes(outer, [ring for ring, turn in zip(found, turns, strict=True) if not turn])
 
     @cached_property
     def _origin(self) -> Integers:

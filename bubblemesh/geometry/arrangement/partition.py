@@ -46,7 +46,7 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     """
     for region in parts.regions:
         _ = region.polygon  # an invalid ring is reported before it is compared with others
-    size = _size(polygon)
+    size = size_of_domain(polygon)
     tolerance = TOUCHING * size
     whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
     whole = noded(whole, size, len(boundary.corners), parts)
@@ -69,7 +69,7 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     return replace(single, ring=np.maximum(single.ring, -1)), notes
 
 
-def _size(polygon: shapely.Polygon) -> float:
+def size_of_domain(polygon: shapely.Polygon) -> float:
     """Size to which tolerances are relative: that of the domain, or more if coordinates far from the origin need it.
 
     GeometryError if too few digits are left to decide which lines meet.

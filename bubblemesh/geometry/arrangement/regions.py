@@ -1,7 +1,7 @@
 """Inner parts of a domain: regions, embedded lines and points, matching sides; and the check that regions fit."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
@@ -15,6 +15,7 @@ from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.bellies import bellies
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, InnerPoint, Line, OpenPath, Point, Ring
+from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.geometry.validity import explained, simple_polygon
 from bubblemesh.records import Uncached, record
 
@@ -92,6 +93,29 @@ class Region(Uncached):
 
 
 @record
+class Seed:
+    """A point in a region that rings and lines enclose around it. Errors are about its key in the case."""
+
+    at: Point
+    name: str  # of the region
+    key: Key = field(default=Key(), compare=False)
+    entry: int = 0  # number, from 0, of the case's entry that gives it
+    optional: bool = False  # whether it is left out where it lies outside of the domain
+
+    def moved(self, by: Similarity) -> "Seed":
+        """The point where a similarity takes it."""
+        return replace(self, at=by.point(self.at))
+
+    def relabelled(self, name: Callable[[str | None], str]) -> "Seed":
+        """The point with another name of its region."""
+        return replace(self, name=name(self.name))
+
+    def as_optional(self) -> "Seed":
+        """The point, which may lie outside of the domain."""
+        return replace(self, optional=True)
+
+
+@record
 class InnerParts:
     """Regions, embedded lines and points, and periodic sides: everything in a domain apart from its rings.
 
@@ -104,6 +128,7 @@ class InnerParts:
     lines: tuple[OpenPath, ...] = ()
     points: tuple[InnerPoint, ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()  # pairs of labels of sides whose nodes match
+    seeds: tuple[Seed, ...] = ()  # points in further regions, of which the domain makes regions
     remarks: tuple[str, ...] = ()  # notes on lines and points that were left out
 
     @property
@@ -113,7 +138,7 @@ class InnerParts:
         return (*self.remarks, *(note for some in inside for note in some))
 
     def __bool__(self) -> bool:
-        return bool(self.regions or self.lines or self.points)
+        return bool(self.regions or self.lines or self.points or self.seeds)
 
     @cached_property
     def paths(self) -> tuple[OpenPath, ...]:

@@ -1,6 +1,6 @@
 """Areas enclosed by closed curves that may cross themselves and each other, by winding numbers."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
@@ -51,11 +51,20 @@ def _turns(boundary: Boundary, points: Floats) -> Integers:
 
 def winding_numbers(chords: Floats, points: Floats) -> Integers:
     """Winding numbers (n,): turns to the left of closed walks along chords (m, 2, 2) around points (n, 2)."""
+    found = np.zeros(len(points), np.int64)
+    for point, _, turn in crossed(chords, points):
+        np.add.at(found, point, turn)
+    return found
+
+
+def crossed(chords: Floats, points: Floats) -> Iterator[tuple[Integers, Integers, Integers]]:
+    """Points, chords (m, 2, 2) that the rays from points (n, 2) to the right cross, +1 where upward, else -1.
+
+    They come in blocks of some points each.
+    """
     low, high = np.sort(chords[:, :, 1], axis=1).T
-    # Count the chords that cross the ray from a point to the right.
     far = chords[:, :, 0].max(axis=1)
     boxes = shapely.STRtree(shapely.box(chords[:, :, 0].min(axis=1), low, far, high))
-    found = np.zeros(len(points), np.int64)
     for first in range(0, len(points), BATCH):
         x, y = points[first : first + BATCH].T
         rays = shapely.linestrings(np.stack([x, np.maximum(far.max(), x)], 1), np.stack([y, y], 1))
@@ -63,5 +72,5 @@ def winding_numbers(chords: Floats, points: Floats) -> Integers:
         (ax, ay), (bx, by) = chords[k, 0].T, chords[k, 1].T
         side = (bx - ax) * (y[i] - ay) - (by - ay) * (x[i] - ax)
         upward, downward = (ay <= y[i]) & (by > y[i]) & (side > 0), (ay > y[i]) & (by <= y[i]) & (side < 0)
-        np.add.at(found, first + i, upward.astype(np.int64) - downward)
-    return found
+        met = upward | downward
+        yield first + i[met], k[met], np.where(upward[met], 1, -1)

@@ -9,20 +9,21 @@ import shapely
 from numpy.typing import ArrayLike
 
 from bubblemesh.arrays import Floats
-from bubblemesh.errors import CaseError, Key, about
+from bubblemesh.errors import CaseError, GeometryError, Key, about
 from bubblemesh.files import require_name
-from bubblemesh.geometry.arrangement.regions import InnerParts, Region
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
 from bubblemesh.geometry.following import Following, all_followed
 from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, as_point
 from bubblemesh.geometry.rings import LineTo, open_path
 from bubblemesh.problem.python.shapes import Shape, areas_of, lines_of, some_points_of
 from bubblemesh.records import record
 
-Regions: TypeAlias = Mapping[str, Shape]
+Regions: TypeAlias = Mapping[str, "Shape | shapely.Point | shapely.MultiPoint"]
 Lines: TypeAlias = Mapping[str, "shapely.LineString | shapely.MultiLineString | ArrayLike"]
 Points: TypeAlias = Mapping[str, "shapely.Point | shapely.MultiPoint | ArrayLike"]
 
-A_REGION = "a shapely.Polygon, a MultiPolygon or the points (n, 2) of a ring"
+POINTS = shapely.Point | shapely.MultiPoint
+A_REGION = "a shapely.Polygon, a MultiPolygon, the points (n, 2) of a ring, or a shapely.Point or MultiPoint in it"
 A_LINE = "a shapely.LineString, a MultiLineString or the points (n, 2) of a line, n > 1"
 SOME_POINTS = "a point (x, y), several of them (n, 2), or those of shapely"
 
@@ -48,17 +49,34 @@ class ProgramParts:
         regions, lines = self._regions(), self._lines()
         if follow is not None:
             areas, regions, lines = all_followed(follow, areas, regions, lines)
-        numbered = [Region(area, str(area.name), f"{area.name}-rim", entry) for entry, area in enumerate(regions)]
-        return areas, InnerParts(tuple(numbered), lines=tuple(lines), points=tuple(self._points()))
+        entry = {name: number for number, name in enumerate(self.regions or ())}
+        named = [Region(area, str(area.name), f"{area.name}-rim", entry[str(area.name)]) for area in regions]
+        points, seeds = tuple(self._points()), tuple(self._seeds())
+        return areas, InnerParts(tuple(named), lines=tuple(lines), points=points, seeds=seeds)
 
     def _regions(self) -> list[Area]:
         areas = list[Area]()
         for name, shape in _named("regions", self.regions):
             if name == InnerParts().rest:
                 raise CaseError(f"regions: {name!r} is the name of what regions leave of the domain: rename it")
+            if isinstance(shape, POINTS):
+                continue
             for outer, *holes in areas_of(shape, f"regions[{name!r}]", A_REGION):
                 areas.append(Area(outer.ring(None), tuple(hole.ring(None) for hole in holes), name))
         return areas
+
+    def _seeds(self) -> list[Seed]:
+        """Points in regions that lines and rings enclose around them."""
+        found = list[Seed]()
+        for number, (name, shape) in enumerate(_named("regions", self.regions)):
+            if isinstance(shape, POINTS):
+                key = Key([f"regions[{name!r}]"])
+                if shape.is_empty:
+                    with about(key):
+                        raise GeometryError("the point is empty")
+                places = map(as_point, shapely.get_coordinates(shape))
+                found += [Seed(place, name, key, number) for place in places]
+        return found
 
     def _lines(self) -> list[OpenPath]:
         return [

@@ -1,0 +1,105 @@
+"""Regions given by points inside them: the faces of a domain that rings and lines enclose around these."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from bubblemesh.arrays import Floats
+from bubblemesh.errors import GeometryError, about
+from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
+from bubblemesh.geometry.arrangement.bellies import NEWTON_STEPS, bellies
+from bubblemesh.geometry.arrangement.crossings import chord_boxes
+from bubblemesh.geometry.arrangement.noding import noded
+from bubblemesh.geometry.arrangement.open_ends import OpenEnds
+from bubblemesh.geometry.arrangement.overlay import Assembly
+from bubblemesh.geometry.arrangement.partition import size_of_domain, without_doubles
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
+from bubblemesh.geometry.arrangement.walks import Faces
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.paths import Ring
+from bubblemesh.messages import place
+
+Polygon = shapely.Polygon | shapely.MultiPolygon
+
+
+def with_regions_of_seeds(parts: InnerParts, rings: Sequence[Ring], boundary: Boundary, polygon: Polygon) -> InnerParts:
+    """The parts of a domain, the polygon, with regions in place of their seeds, in the order of the case's entries.
+
+    Parameters
+    ----------
+    parts
+        Inner parts, without what lies outside of the domain.
+    rings
+        Rings of the domain, with the domain on their left.
+    boundary
+        The boundary of the rings, split where they touch.
+    polygon
+        The domain.
+
+    Raises
+    ------
+    GeometryError
+        If a seed is outside of the domain or on a line, or if two with different names are in one face; with the place.
+    """
+    if not parts.seeds:
+        return parts
+    size = size_of_domain(polygon)
+    split = noded(boundary.with_inner(parts.paths), size, len(boundary.corners), parts)
+    single = without_doubles(split, TOUCHING * size)
+    _require_inside(parts.seeds, single, size, polygon)
+    faces = Faces.of(single)
+    ends = OpenEnds(parts.lines, single, faces, size)
+    seeds = dict[int, Seed]()  # the first one in each face
+    for seed, face in zip(parts.seeds, faces.around(_places(parts.seeds)).tolist(), strict=True):
+        _require_one_name(seeds.setdefault(face, seed), seed, ends, face)
+    before = Boundary.of(rings, boundary.area_of_ring).with_inner(parts.paths)
+    curves = [side.curve for path in (*rings, *parts.paths) for side in path.sides]
+    assembly = Assembly(faces.boundary, before, curves)
+    regions = [*parts.regions, *(_region(seed, assembly, faces, face) for face, seed in seeds.items())]
+    notes = ends.notes({face: seed.name for face, seed in seeds.items()})
+    in_order = tuple(sorted(regions, key=lambda region: region.entry))
+    return replace(parts, regions=in_order, seeds=(), remarks=(*parts.remarks, *notes))
+
+
+def _places(seeds: Sequence[Seed]) -> Floats:
+    return np.array([seed.at for seed in seeds], float)
+
+
+def _region(seed: Seed, assembly: Assembly, faces: Faces, face: int) -> Region:
+    """The region that is a face; its sides have the labels of what they lie on."""
+    (area,) = assembly.areas(*(faces.beside == face))
+    return Region(replace(area.about(seed.key), name=seed.name), seed.name, f"{seed.name}-rim", seed.entry, named=False)
+
+
+def _require_inside(seeds: Sequence[Seed], boundary: Boundary, size: float, polygon: Polygon) -> None:
+    """Check that seeds are in the domain, and on no piece; GeometryError about the first one that is not."""
+    points = _places(seeds)
+    chords = chord_boxes(boundary, size)
+    point, chord = chords.boxes.query(shapely.points(points), predicate="intersects")
+    piece = chords.piece[chord]
+    s = boundary.foot(points[point], piece, chords.s[chord] + chords.step[chord] / 2, NEWTON_STEPS)
+    met = np.hypot(*(boundary.points(piece, boundary.wrapped(piece, s)) - points[point]).T) <= NEARLY * size
+    on = dict(zip(point[met].tolist(), piece[met].tolist(), strict=True))
+    inside = shapely.contains_xy(polygon, points)
+    between = bellies(boundary.select(np.flatnonzero(~boundary.inner)), points)
+    np.logical_xor.at(inside, between.point, True)
+    for number, seed in enumerate(seeds):
+        where = f"on {boundary.labels[boundary.label[on[number]]]!r}" if number in on else "outside the domain"
+        if number in on or not inside[number]:
+            with about(seed.key):
+                raise GeometryError(
+                    f"the point of region {seed.name!r} at {place(seed.at)} lies {where}: move it into the part of the "
+                    "domain that it names"
+                )
+
+
+def _require_one_name(one: Seed, other: Seed, ends: OpenEnds, face: int) -> None:
+    """Check that two seeds in one face have the same name; GeometryError, with what leaves the face open, if not."""
+    if one.name != other.name:
+        with about(other.key):
+            raise GeometryError(
+                f"nothing parts the points of regions {one.name!r} at {place(one.at)} and {other.name!r} at "
+                f"{place(other.at)}: {ends.advice(face)}"
+            )
