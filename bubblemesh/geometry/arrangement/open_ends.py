@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Integers
 from bubblemesh.geometry.arrangement.bellies import NEWTON_STEPS
 from bubblemesh.geometry.arrangement.crossings import ChordBoxes, chord_boxes
 from bubblemesh.geometry.arrangement.walks import Faces
@@ -53,7 +53,7 @@ class OpenEnds(Uncached):
         """Notes on lines with one region, by its face, on both sides, of which an end hardly ends there on purpose."""
         for face, name in names.items():
             for width, text, join in self._gaps(face, HARDLY_MEANT * self.size):
-                advice = f"join: {join} closes the gap" if join else f"{width:.2g} more close the gap"
+                advice = f"join: {join} closes the gap" if join else f"if {width:.2g} are missing, give the point there"
                 yield f"region {name!r} is on both sides of a line: {text}: {advice}"
 
     def _gaps(self, face: int, reach: float) -> list[Gap]:
@@ -64,7 +64,7 @@ class OpenEnds(Uncached):
         return sorted((gap for gap in found if gap is not None), key=lambda gap: gap.width)
 
     @cached_property
-    def _ends(self) -> tuple[Floats, Floats, Floats]:
+    def _ends(self) -> tuple[Integers, Integers, Integers]:
         """Corners (k,) of open ends, the pieces (k,) that end there, and the faces (k,) around them."""
         boundary = self.boundary
         own = boundary.inner & (-1 - boundary.ring < len(self.lines)) & ~boundary.closed
@@ -79,16 +79,28 @@ class OpenEnds(Uncached):
         return chord_boxes(self.boundary, self.size)
 
     def _gap(self, corner: int, piece: int, reach: float) -> Gap | None:
+        """The gap from an open end of a piece to what is nearest; None if that is farther than a reach."""
         boundary, chords = self.boundary, self._chords
         at, ring = boundary.corners[corner], boundary.ring[piece]
+        line = self.lines[-1 - int(ring)]
+        told = f"the line {line.name} ends at {place(at)}"
         near = chords.boxes.query(shapely.Point(at), predicate="dwithin", distance=reach)
         near = near[boundary.ring[chords.piece[near]] != ring]
         other, points = chords.piece[near], np.broadcast_to(at, (len(near), 2))
         s = boundary.foot(points, other, chords.s[near] + chords.step[near] / 2, NEWTON_STEPS)
         gaps = np.hypot(*(boundary.points(other, boundary.wrapped(other, s)) - at).T)
-        if not (gaps <= reach).any():
+        width, its_own = float(gaps.min(initial=np.inf)), self._to_other_end(corner, ring)
+        if min(width, its_own) > reach:
             return None
-        width, line = float(gaps.min()), self.lines[-1 - int(ring)]
+        if its_own < width:
+            return Gap(its_own, f"{told}, {its_own:.2g} from its other end", None)
         beside = boundary.labels[boundary.label[other[np.argmin(gaps)]]]
-        text = f"the line {line.name} ends at {place(at)}, {width:.2g} from {beside!r}"
-        return Gap(width, text, just_above(width / line.unit) if "lines" in line.key else None)
+        join = just_above(width / line.unit) if "lines" in line.key else None
+        return Gap(width, f"{told}, {width:.2g} from {beside!r}", join)
+
+    def _to_other_end(self, corner: int, ring: int) -> float:
+        """Distance of an open end from the other one of the same line, if that is open too."""
+        corners, pieces, _ = self._ends
+        others = corners[(self.boundary.ring[pieces] == ring) & (corners != corner)]
+        away = self.boundary.corners[others] - self.boundary.corners[corner]
+        return float(np.hypot(*away.T).min(initial=np.inf))

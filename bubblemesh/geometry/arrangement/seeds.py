@@ -86,7 +86,9 @@ def _require_inside(seeds: Sequence[Seed], boundary: Boundary, size: float, poly
     between = bellies(boundary.select(np.flatnonzero(~boundary.inner)), points)
     np.logical_xor.at(inside, between.point, True)
     for number, seed in enumerate(seeds):
-        where = f"on {boundary.labels[boundary.label[on[number]]]!r}" if number in on else "outside the domain"
+        where = (
+            f"on {boundary.labels[boundary.label[on[number]]]!r}" if number in on else "outside the domain or in a hole"
+        )
         if number in on or not inside[number]:
             with about(seed.key):
                 raise GeometryError(
@@ -100,6 +102,6 @@ def _require_one_name(one: Seed, other: Seed, ends: OpenEnds, face: int) -> None
     if one.name != other.name:
         with about(other.key):
             raise GeometryError(
-                f"nothing parts the points of regions {one.name!r} at {place(one.at)} and {other.name!r} at "
+                f"no line separates the points of regions {one.name!r} at {place(one.at)} and {other.name!r} at "
                 f"{place(other.at)}: {ends.advice(face)}"
             )
