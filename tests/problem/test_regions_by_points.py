@@ -1,0 +1,234 @@
+"""Regions that are given by points inside: what lines, rings and the outline enclose around these."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from invariants import check_area, check_arrays, check_edges
+from partitions import MOONS, check_pieces, domain_of, mesh_of
+
+from bubblemesh.case import load_case
+from bubblemesh.errors import CaseError, GeometryError
+
+BOX = "  outer: {rectangle: [0, 0, 4, 2], labels: [bottom, right, top, left]}\n"
+
+
+def section(lines="", regions="", more=BOX):
+    """Text of a domain with some lines and regions, by default in a box of 4 by 2."""
+    return f"domain:\n{more}  lines: [{lines}]\n  regions: [{regions}]\n"
+
+
+def regions_of(text):
+    """Names, areas of the polygonal copies, and numbers of holes of the regions, in their order."""
+    found = domain_of(text).parts.regions
+    return [(one.name, round(one.polygon.area, 3), len(one.area.holes)) for one in found]
+
+
+def areas_in(mesh):
+    """Area of each region by its name, as meshed."""
+    a, b, c = np.moveaxis(mesh.points[mesh.triangles[:, :3]], 1, 0)
+    (ux, uy), (vx, vy) = (b - a).T, (c - a).T
+    return dict(zip(mesh.regions, np.bincount(mesh.triangle_regions, (ux * vy - uy * vx) / 2).tolist(), strict=True))
+
+
+def labels_around(mesh, region):
+    """Labels of the edges that have a region on one of their sides only."""
+    of = mesh.regions.index(region)
+    sides = np.sort(mesh.triangles[mesh.triangle_regions == of][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges, times = np.unique(sides, axis=0, return_counts=True)
+    label = dict(zip(map(tuple, np.sort(mesh.facets, axis=1).tolist()), mesh.facet_labels.tolist(), strict=True))
+    return {mesh.labels[label[tuple(edge)]] for edge in edges[times == 1].tolist()}
+
+
+def check(mesh):
+    """The invariants of a mesh with lines in it."""
+    for one in (check_arrays, check_edges, check_area):
+        one(mesh)
+
+
+# A section with two horizons, the lower one offset at a fault, and a lens; the upper part is given by two points.
+SECTION = section(
+    "{path: [[0, 1.5], [4, 1.3]], label: upper}, {path: [[0, 0.5], [2.2, 0.6]], label: lower}, "
+    "{path: [[1.8, 0.9], [4, 1]], label: lower}, {path: [[2.4, 0], [1.6, 2]], label: fault}",
+    "{name: till, at: [[1, 1.8], [3, 1.8]]}, {name: lens, ring: {circle: {center: [3.2, 0.5], radius: 0.2}}, "
+    "spacing: 0.1}, {name: sand, at: [1, 0.2], spacing: 0.15}, {name: clay, at: [3, 0.2]}",
+)
+
+
+def section_areas():
+    """Its areas by shapely, which splits straight lines on its own."""
+    lines = [[(0, 1.5), (4, 1.3)], [(0, 0.5), (2.2, 0.6)], [(1.8, 0.9), (4, 1)], [(2.4, 0), (1.6, 2)]]
+    whole = shapely.union_all([shapely.box(0, 0, 4, 2).exterior, *map(shapely.LineString, lines)])
+    faces = shapely.get_parts(shapely.polygonize([whole]))
+    upper, upper_too, sand, clay = (
+        next(face.area for face in faces if face.contains(shapely.Point(at)))
+        for at in ((1, 1.8), (3, 1.8), (1, 0.2), (3, 0.2))
+    )
+    lens = 0.04 * math.pi
+    found = {"till": upper + upper_too, "lens": lens, "sand": sand, "clay": clay - lens}
+    return found | {"domain": 8 - sum(found.values())}
+
+
+def test_horizons_and_a_fault_make_regions_with_exact_areas_and_the_labels_of_the_lines():
+    mesh = mesh_of(SECTION + "spacing: 0.2\n")
+    check(mesh)
+    expected = section_areas()
+    found = areas_in(mesh)
+    assert list(found) == ["domain", "till", "lens", "sand", "clay"], "in the order of the case"
+    for name in ("till", "sand"):
+        assert found[name] == pytest.approx(expected[name], rel=1e-12)
+    assert found == pytest.approx(expected, abs=0.02)  # chords of the circle
+    assert labels_around(mesh, "sand") == {"bottom", "fault", "lower", "left"}
+    assert labels_around(mesh, "clay") == {"bottom", "right", "fault", "lower", "lens-rim"}
+    assert not any("sand-rim" in label for label in mesh.labels)
+
+
+RING = "[1, 1], [1, 0.5], [2, 0.5], [2, 1], [1, 1]"
+INNER, INNERMOST = "{rectangle: [1, 0.5, 2, 1.5]}", "{rectangle: [1.2, 0.8, 1.7, 1.2]}"
+ARCS = ", ".join(f"{{arc: {{to: [{x}, 1], center: [1.5, 1], turn: left}}}}" for x in (2, 1))
+WAVE = "{spline: {through: [[1, 1.4], [2, 1], [3, 0.6], [4, 1]]}}"
+HOLE = BOX + "  holes: [{rectangle: [0.5, 0.5, 1, 1.5]}]\n"
+TWO_BOXES = "  outer: [{rectangle: [0, 0, 4, 2]}, {rectangle: [5, 0, 6, 1]}]\n"
+FACES = {
+    "lines that cross": (
+        section("{path: [[2, 0], [2, 2]]}, {path: [[0, 1], [4, 1]]}", "{name: a, at: [[1, 0.5], [3, 1.5]]}"),
+        [("a", 2, 0), ("a", 2, 0)],
+    ),
+    "a face around a face": (
+        section(f"{{path: [{RING}]}}", "{name: a, at: [3, 1]}, {name: b, at: [1.5, 0.8]}"),
+        [("a", 7.5, 1), ("b", 0.5, 0)],
+    ),
+    "an island at the end of a line": (
+        section(f"{{path: [[0, 1], {RING}]}}", "{name: a, at: [3, 1]}"),
+        [("a", 7.5, 1)],
+    ),
+    "an island that touches a side": (
+        section("{path: [[0, 1], [1, 0.5], [1, 1.5], [0, 1]]}", "{name: a, at: [3, 1]}, {name: b, at: [0.5, 1]}"),
+        [("a", 7.5, 1), ("b", 0.5, 0)],
+    ),
+    "regions within each other": (
+        section("", f"{{name: a, at: [3, 1]}}, {{name: c, ring: {INNER}}}, {{name: d, ring: {INNERMOST}}}"),
+        [("a", 7, 1), ("c", 1, 0), ("d", 0.2, 0)],
+    ),
+    "a line across a region": (
+        section("{path: [[1.5, 0], [1.5, 2]]}", f"{{name: half, at: [1.2, 1]}}, {{name: c, ring: {INNER}}}"),
+        [("half", 0.5, 0), ("c", 1, 0)],
+    ),
+    "a hole": (section("{path: [[2, 0], [2, 2]]}", "{name: a, at: [0.2, 1]}", HOLE), [("a", 3.5, 1)]),
+    "separate pieces": (section("", "{name: b, at: [5.5, 0.5]}", TWO_BOXES), [("b", 1, 0)]),
+    "arcs that touch lines": (
+        section(
+            f"{{path: [[0, 0.5], [4, 0.5]]}}, {{path: [[0, 1.5], [4, 1.5]]}}, {{path: [[1, 1], {ARCS}]}}",
+            "{name: a, at: [0.5, 1]}, {name: b, at: [1.5, 1]}",
+        ),
+        [("a", round(1.5 - math.pi / 8, 3), 0), ("b", round(math.pi / 4, 3), 0)],
+    ),
+    "splines that cross a line": (
+        section(
+            f"{{path: [[0, 1], {WAVE}]}}, {{path: [[0, 0.6], [4, 1.4]]}}",
+            "{name: a, at: [1, 0.2]}, {name: b, at: [3, 1.8]}, {name: c, at: [1, 1.1]}, {name: d, at: [3, 0.9]}",
+        ),
+        [("a", 3.067, 0), ("b", 3.067, 0), ("c", 0.933, 0), ("d", 0.933, 0)],
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "expected"), FACES.values(), ids=FACES)
+def test_faces_are_what_lines_and_rings_enclose(text, expected):
+    assert regions_of(text) == expected
+    check_pieces(domain_of(text))
+
+
+def test_a_point_between_a_curve_and_its_chord_is_on_its_side_of_the_curve():
+    bore = BOX + "  holes: [{circle: {center: [1, 1], radius: 0.5}}]\n"
+    (ring,) = domain_of(section(more=bore)).boundary.chords().start[4:][None]
+    first, second = ring[1:3]
+    (x, y), out = (first + second) / 2, (first + second) / 2 - 1
+    out *= 0.5 / np.hypot(*out) - 1
+    between, beyond = ([float(x + share * out[0]), float(y + share * out[1])] for share in (0.6, 1.4))
+    with pytest.raises(GeometryError, match="lies outside the domain or in a hole"):
+        domain_of(section("", f"{{name: a, at: {between}}}", bore))
+    assert regions_of(section("", f"{{name: a, at: {beyond}}}", bore)) == [("a", 7.215, 1)]
+
+
+def test_a_point_of_copies_outside_is_left_out():
+    lines = "{path: [[1, 0], [1, 2]], repeat: {grid: [3, 1], step: [1, 0]}}"
+    points = "{name: a, at: [0.5, 1], repeat: {grid: [5, 1], step: [1, 0], outside: skip, name: 'a-{i}'}}"
+    assert regions_of(section(lines, points)) == [(f"a-{k}", 2, 0) for k in range(4)]
+    assert "1 point of regions left out, outside of the domain" in domain_of(section(lines, points)).notes
+
+
+TWO = "{name: a, at: [1, 1]}, {name: b, at: [3, 1]}"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (section("", "{name: a, at: [5, 1]}"), "point of region 'a' at (5, 1) lies outside the domain or in a hole"),
+        (section("{path: [[2, 0], [2, 2]], label: h}", "{name: a, at: [2, 1]}"), "'a' at (2, 1) lies on 'h': move it"),
+        (section("", "{name: a, at: [0, 1]}"), "'a' at (0, 1) lies on 'left': move it"),
+        (section("", TWO), "no line separates the points of regions 'a' at (1, 1) and 'b' at (3, 1): draw a line"),
+        (
+            section("{path: [[2, 0], [2, 1.98]], label: h}", TWO),
+            "'b' at (3, 1): the line 'h' ends at (2, 1.98), 0.02 from 'top' (join: 0.022 closes that)",
+        ),
+        (
+            section("{path: [[2, 0], [2, 1]], label: h}, {path: [[2, 2], [2, 1.02]], label: g, scale: 1.001}", TWO),
+            "the line 'h' ends at (2, 1), 0.021 from 'g' (join: 0.023 closes that); the line 'g' ends at (2.002, 1.021",
+        ),
+        (
+            section(f"{{path: [{RING[:-6]}[1.01, 1]], label: h}}", "{name: a, at: [1.5, 0.7]}, {name: b, at: [3, 1]}"),
+            "the line 'h' ends at (1, 1), 0.01 from its other end",
+        ),
+        (
+            section("", f"{{name: a, at: [1.5, 1]}}, {{name: c, ring: {INNER}}}"),
+            "are the same: remove one of them",
+        ),
+    ],
+)
+def test_points_that_name_no_face_of_their_own_are_refused(text, message):
+    with pytest.raises(GeometryError) as caught:
+        domain_of(text)
+    assert message in str(caught.value)
+    assert caught.value.about[:2] == ("domain", "regions")
+
+
+def test_a_gap_that_is_hardly_meant_is_told_and_join_closes_it():
+    line = "{path: [[2, 0], [2, 1.999]], label: h"
+    domain = domain_of(section(line + "}", "{name: a, at: [1, 1]}"))
+    assert domain.parts.regions[0].polygon.area == 8
+    (note,) = domain.notes
+    assert note == (
+        "region 'a' is on both sides of a line: the line 'h' ends at (2, 1.999), 0.001 from 'top': join: 0.001 closes "
+        "the gap"
+    )
+    assert regions_of(section(line + ", join: 0.001}", "{name: a, at: [1, 1]}")) == [("a", 4, 0)]
+    assert domain_of(section("{path: [[2, 0], [2, 1.9]]}", "{name: a, at: [1, 1]}")).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("regions", "message"),
+    [
+        ("{name: a}", "domain.regions.0: must be a mapping with exactly one of the keys ring, at, file"),
+        (f"{{name: a, at: [1, 1], ring: {INNER}}}", "must be a mapping with exactly one of the keys ring, at, file"),
+        ("{name: a, at: []}", "domain.regions.0.at: must have at least one entry"),
+        ("{name: a, at: [1]}", "domain.regions.0.at: must be a point [x, y]"),
+        ("{name: a, at: [[1, 1], [2]]}", "domain.regions.0.at.1: must be a point [x, y]"),
+        ("{name: domain, at: [1, 1]}", "domain.regions.0.name: 'domain' is the name at domain.region too"),
+    ],
+)
+def test_keys_of_points_are_checked(regions, message):
+    with pytest.raises(CaseError) as caught:
+        load_case("parts.yaml", text=section("", regions) + "spacing: 1\n")
+    assert message in str(caught.value)
+
+
+def test_faces_between_periodic_sides_are_periodic_too():
+    mesh = mesh_of(
+        section("{path: [[0.5, 0.5], [2.5, 0.5]], label: bed}", "{name: low, at: [1, 0.2]}", MOONS)
+        + "  periodic: [[left, right]]\nspacing: {value: 0.15, regions: {low: 0.1}}\n"
+    )
+    check(mesh)
+    assert areas_in(mesh)["low"] + areas_in(mesh)["domain"] == pytest.approx(2, abs=1e-9)
+    assert labels_around(mesh, "low") == {"bottom", "right", "bed", "left"}
