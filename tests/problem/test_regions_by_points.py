@@ -8,8 +8,10 @@ import shapely
 from invariants import check_area, check_arrays, check_edges
 from partitions import MOONS, check_pieces, domain_of, mesh_of
 
+import bubblemesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.meshfiles.read import read_mesh
 
 BOX = "  outer: {rectangle: [0, 0, 4, 2], labels: [bottom, right, top, left]}\n"
 
@@ -25,11 +27,15 @@ def regions_of(text):
     return [(one.name, round(one.polygon.area, 3), len(one.area.holes)) for one in found]
 
 
-def areas_in(mesh):
-    """Area of each region by its name, as meshed."""
+def areas_of_triangles(mesh):
     a, b, c = np.moveaxis(mesh.points[mesh.triangles[:, :3]], 1, 0)
     (ux, uy), (vx, vy) = (b - a).T, (c - a).T
-    return dict(zip(mesh.regions, np.bincount(mesh.triangle_regions, (ux * vy - uy * vx) / 2).tolist(), strict=True))
+    return (ux * vy - uy * vx) / 2
+
+
+def areas_in(mesh):
+    """Area of each region by its name, as meshed."""
+    return dict(zip(mesh.regions, np.bincount(mesh.triangle_regions, areas_of_triangles(mesh)).tolist(), strict=True))
 
 
 def labels_around(mesh, region):
@@ -52,7 +58,7 @@ SECTION = section(
     "{path: [[0, 1.5], [4, 1.3]], label: upper}, {path: [[0, 0.5], [2.2, 0.6]], label: lower}, "
     "{path: [[1.8, 0.9], [4, 1]], label: lower}, {path: [[2.4, 0], [1.6, 2]], label: fault}",
     "{name: till, at: [[1, 1.8], [3, 1.8]]}, {name: lens, ring: {circle: {center: [3.2, 0.5], radius: 0.2}}, "
-    "spacing: 0.1}, {name: sand, at: [1, 0.2], spacing: 0.15}, {name: clay, at: [3, 0.2]}",
+    "spacing: 0.15}, {name: sand, at: [1, 0.2], spacing: 0.2}, {name: clay, at: [3, 0.2]}",
 )
 
 
@@ -71,7 +77,7 @@ def section_areas():
 
 
 def test_horizons_and_a_fault_make_regions_with_exact_areas_and_the_labels_of_the_lines():
-    mesh = mesh_of(SECTION + "spacing: 0.2\n")
+    mesh = mesh_of(SECTION + "spacing: 0.3\n")
     check(mesh)
     expected = section_areas()
     found = areas_in(mesh)
@@ -232,3 +238,92 @@ def test_faces_between_periodic_sides_are_periodic_too():
     check(mesh)
     assert areas_in(mesh)["low"] + areas_in(mesh)["domain"] == pytest.approx(2, abs=1e-9)
     assert labels_around(mesh, "low") == {"bottom", "right", "bed", "left"}
+
+
+BED = section(f"{{path: [[0, 1], {WAVE}], label: bed}}", "{name: low, at: [1, 0.2]}, {name: high, at: [1, 1.8]}")
+
+
+def test_a_spline_between_faces_carries_layers_on_the_side_of_one_of_them():
+    mesh = mesh_of(BED + "spacing: 0.3\nlayers: [{on: bed, region: low, first: 0.03, count: 2}]\n")
+    check(mesh)
+    thin = areas_of_triangles(mesh) < 0.3 * 0.045
+    assert thin.sum() > 20
+    assert {mesh.regions[k] for k in mesh.triangle_regions[thin]} == {"low"}
+    assert areas_in(mesh)["low"] == pytest.approx(4, abs=0.01)
+
+
+def test_parts_of_a_packing_keep_the_faces():
+    mesh = mesh_of(BED + "spacing: 0.12\nparts: 2\n")
+    check(mesh)
+    found = areas_in(mesh)
+    assert list(found) == ["low", "high"], "nothing is left of the domain"
+    assert sum(found.values()) == pytest.approx(8, rel=1e-12)
+    assert found["low"] == pytest.approx(4, abs=0.01)
+    assert labels_around(mesh, "low") == {"bottom", "right", "bed", "left"}
+
+
+@pytest.mark.parametrize("ending", ["msh", "med"])
+def test_files_hold_the_faces_as_other_regions(tmp_path, ending):
+    mesh = mesh_of(BED + "spacing: 0.5\n")
+    mesh.write(tmp_path / f"mesh.{ending}")
+    read = read_mesh(tmp_path / f"mesh.{ending}").mesh
+    assert areas_in(read) == pytest.approx(areas_in(mesh))
+    assert set(read.regions) == {"low", "high"}
+
+
+def test_places_on_the_earth_are_points_too(tmp_path):
+    pytest.importorskip("pyproj")
+    text = """
+crs: {from: EPSG:4326, to: EPSG:32632}
+domain:
+  outer: {rectangle: [9, 50, 9.02, 50.01]}
+  lines: [{path: [[9.01, 50], [9.01, 50.01]], label: middle}]
+  regions: [{name: west, at: [9.005, 50.005]}, {name: east, at: [9.015, 50.005]}]
+spacing: 200
+"""
+    mesh = mesh_of(text)
+    assert labels_around(mesh, "west") == {"outer", "middle"}
+    west, east = (areas_in(mesh)[name] for name in ("west", "east"))
+    assert west == pytest.approx(east, rel=1e-3)
+    with pytest.raises(GeometryError, match=r"region 'west' at \(9.5, 50.005\) lies outside"):
+        mesh_of(text.replace("9.005", "9.5"))
+
+
+def test_shapely_points_name_regions_of_programs():
+    cracks = shapely.MultiLineString([[(0, 1), (4, 1)], [(2, 0), (2, 2)]])
+    low = shapely.MultiPoint([(1, 0.5), (3, 0.5)])
+    core = shapely.box(0.5, 1.2, 1, 1.8)
+    mesh = bubblemesh.mesh(
+        shapely.box(0, 0, 4, 2),
+        0.3,
+        lines={"crack": cracks},
+        regions={"low": low, "core": core, "left": shapely.Point(1.5, 1.5)},
+    )
+    check(mesh)
+    assert areas_in(mesh) == pytest.approx({"domain": 2, "low": 4, "core": 0.3, "left": 1.7})
+    assert list(mesh.regions) == ["domain", "low", "core", "left"]
+    assert labels_around(mesh, "left") == {"outer", "crack", "core-rim"}
+
+
+@pytest.mark.parametrize(
+    ("point", "message"),
+    [
+        (shapely.Point(5, 1), "regions['a']: the point of region 'a' at (5, 1) lies outside the domain"),
+        (shapely.Point(), "regions['a']: the point is empty"),
+        (shapely.Point(2, 1), "lies on 'crack': move it"),
+    ],
+)
+def test_points_of_programs_are_checked(point, message):
+    with pytest.raises(GeometryError) as caught:
+        bubblemesh.mesh(shapely.box(0, 0, 4, 2), 0.3, lines={"crack": [(2, 0), (2, 2)]}, regions={"a": point})
+    assert message in str(caught.value)
+
+
+def test_two_points_of_programs_in_one_face_are_told_the_gap():
+    with pytest.raises(GeometryError, match=r"the line 'crack' ends at \(2, 1.9\), 0.1 from 'outer'$"):
+        bubblemesh.mesh(
+            shapely.box(0, 0, 4, 2),
+            0.3,
+            lines={"crack": [(2, 0), (2, 1.9)]},
+            regions={"a": shapely.Point(1, 1), "b": shapely.Point(3, 1)},
+        )
