@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, Field, Tag
+from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
 from bubblemesh.case.data_terms import ValueBounds
 from bubblemesh.case.drawing import DrawnKeys
@@ -37,15 +37,13 @@ class RegionKeys(DrawnKeys):
     largest: PositiveArea | None = Field(default=None, description="Largest area of a triangle in the region.")
 
 
-def _several(value: Any) -> bool:
-    """Whether a value is a list of points, not one."""
+def _is_list_of_points(value: Any) -> bool:
     return isinstance(value, list | tuple) and isinstance(next(iter(value), ()), list | tuple)
 
 
 OneOrMorePoints = Annotated[
     Annotated[Point, Tag("<one>")] | Annotated[tuple[Point, ...], BeforeValidator(not_empty), Tag("<several>")],
-    Discriminator(lambda value: "<several>" if _several(value) else "<one>"),
-    AfterValidator(lambda value: value if _several(value) else (value,)),
+    Discriminator(lambda value: "<several>" if _is_list_of_points(value) else "<one>"),
 ]
 
 
@@ -56,6 +54,12 @@ class RegionSeed(DrawnKeys):
     at: OneOrMorePoints = Field(description="Point [x, y] in the region, or a list of points in its parts.")
     spacing: SpacingValue | None = Field(default=None, description="Wanted edge length in the region.")
     largest: PositiveArea | None = Field(default=None, description="Largest area of a triangle in the region.")
+
+    @property
+    def points(self) -> tuple[tuple[float, float], ...]:
+        """The point, or the points, in the region."""
+        at: Any = self.at
+        return at if _is_list_of_points(at) else (at,)
 
 
 class RegionFile(GeometryFile):

@@ -266,7 +266,7 @@ def _seeds(keys: InnerKeys) -> Iterator[Seed]:
         if isinstance(model, RegionSeed):
             key = _region_key(number)
             with prefixed(f"region {model.name!r}"), about(key):
-                yield from drawn((Seed(projected_point(at), model.name, key, number) for at in model.at), model)
+                yield from drawn((Seed(projected_point(at), model.name, key, number) for at in model.points), model)
 
 
 def _region_key(entry: int) -> Key:

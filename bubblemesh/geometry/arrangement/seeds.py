@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 import shapely
@@ -21,7 +22,7 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import place
 
-Polygon = shapely.Polygon | shapely.MultiPolygon
+Polygon: TypeAlias = "shapely.Polygon | shapely.MultiPolygon"
 
 
 def with_regions_of_seeds(parts: InnerParts, rings: Sequence[Ring], boundary: Boundary, polygon: Polygon) -> InnerParts:
@@ -55,8 +56,8 @@ def with_regions_of_seeds(parts: InnerParts, rings: Sequence[Ring], boundary: Bo
     for seed, face in zip(parts.seeds, faces.around(_places(parts.seeds)).tolist(), strict=True):
         _require_one_name(seeds.setdefault(face, seed), seed, ends, face)
     before = Boundary.of(rings, boundary.area_of_ring).with_inner(parts.paths)
-    curves = [side.curve for path in (*rings, *parts.paths) for side in path.sides]
-    assembly = Assembly(faces.boundary, before, curves)
+    sides = [*(ring.sides for ring in rings), *(path.sides for path in parts.paths)]
+    assembly = Assembly(faces.boundary, before, [side.curve for some in sides for side in some])
     regions = [*parts.regions, *(_region(seed, assembly, faces, face) for face, seed in seeds.items())]
     notes = ends.notes({face: seed.name for face, seed in seeds.items()})
     in_order = tuple(sorted(regions, key=lambda region: region.entry))

@@ -99,4 +99,5 @@ def _areas(boundary: Boundary, walks: Integers) -> Floats:
     origin = boundary.corners.mean(axis=0) if len(boundary.corners) else 0.0  # the sum has more digits near it
     swept = cross(chords.start - origin, chords.end - origin) / 2
     of_piece = np.bincount(chords.piece, swept, len(boundary.kind))
-    return np.bincount(walks.ravel(), np.append(of_piece, -of_piece))
+    areas: Floats = np.bincount(walks.ravel(), np.append(of_piece, -of_piece))
+    return areas
