@@ -207,6 +207,35 @@ def test_inner_segments_of_a_poly_file_are_cut_at_its_domain_or_left_out_with_a_
     )
 
 
+# Vertices of a box and of segments in it; segments by their vertices; points of regions; areas of these.
+BOX = [(0, 0), (4, 0), (4, 2), (0, 2)]
+MEETING = {
+    "on sides": ([(2, 0), (2, 2)], [(4, 5)], [(1, 1), (3, 1)], [4, 4]),
+    "on slanted sides": ([(2, 1), (4 / 3, 0)], [(0, 2), (4, 5)], [(0.5, 0.1), (1.5, 0.1)], [2 / 3, 10 / 3]),
+    "across each other": ([(2, 0), (2, 2), (0, 1), (4, 1)], [(4, 5), (6, 7)], [(1, 0.5), (3, 1.5)], [2, 2]),
+    "beyond sides": ([(2, -1), (2, 3)], [(4, 5)], [(1, 1), (3, 1)], [4, 4]),
+    "three in a point": (
+        [(2, 0), (2, 2), (0, 1), (4, 1)],
+        [(4, 5), (0, 2), (6, 7)],
+        [(0.5, 0.5), (1.5, 0.5), (3, 0.8)],
+        [1, 1, 2],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MEETING)
+def test_segments_of_a_poly_file_part_regions_wherever_they_meet(domain_of, name):
+    vertices, segments, points, areas = MEETING[name]
+    places = "\n".join(f"{k} {x} {y}" for k, (x, y) in enumerate([*BOX, *vertices]))
+    rows = "\n".join(f"{k} {a} {b}" for k, (a, b) in enumerate([(0, 1), (1, 2), (2, 3), (3, 0), *segments]))
+    seeds = "\n".join(f"{k} {x} {y} {k}" for k, (x, y) in enumerate(points))
+    content = f"{4 + len(vertices)} 2\n{places}\n{4 + len(segments)} 0\n{rows}\n0\n{len(points)}\n{seeds}\n"
+    found = domain_of("file: a.poly, regions: {file: a.poly, name: attribute}", a_poly=content)
+    assert found.polygon.area == pytest.approx(8)
+    regions = {region.name: region.polygon.area for region in found.parts.regions}
+    assert regions == pytest.approx({str(k): area for k, area in enumerate(areas)})
+
+
 def test_labels_of_points_in_the_place_of_others_are_told(tmp_path):
     (tmp_path / "wells.csv").write_text("ID,x,y\nW01,0.5,0.5\nW02,0.5,0.5\nW01,0.5,0.5\nW03,0.7,0.5\n")
     text = f"""
