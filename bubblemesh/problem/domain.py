@@ -15,10 +15,12 @@ from bubblemesh.case.domain import (
     InnerKeys,
     RegionDomain,
     RegionFile,
+    RegionKeys,
     RegionSeed,
     RingDomain,
     ShoreDomain,
 )
+from bubblemesh.case.lines_and_points import PointFile
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
 from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, about, coarsened_by, prefixed
@@ -227,7 +229,10 @@ def _inner_parts(keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
 
 def _with_regions(keys: InnerKeys) -> InnerParts:
     """Regions of a domain, and points in further ones."""
-    return InnerParts(tuple(_regions(keys)), keys.region, periodic=keys.periodic, seeds=tuple(_seeds(keys)))
+    found = list(_regions(keys))
+    regions = tuple(one for one in found if isinstance(one, Region))
+    seeds = tuple(one for one in found if isinstance(one, Seed))
+    return InnerParts(regions, keys.region, periodic=keys.periodic, seeds=seeds)
 
 
 def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
@@ -237,45 +242,44 @@ def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) ->
     return replace(parts, lines=tuple(lines), points=tuple(points), remarks=notes)
 
 
-def _regions(keys: InnerKeys) -> Iterator[Region]:
-    """Regions of the keys, those of a file one by one; CaseError if one of these has the name of another entry."""
+def _regions(keys: InnerKeys) -> Iterator[Region | Seed]:
+    """Regions of the keys, and points in others; CaseError if one of a file has the name of another entry."""
     seen = {keys.region: REST}
     for number, model in enumerate(keys.regions):
-        if isinstance(model, RegionSeed):
-            continue
         key = _region_key(number)
-        if isinstance(model, RegionFile):
-            with about(key):
-                found = _regions_of_file(model)
-                for area in found:
-                    if (other := seen.setdefault(str(area.name), number)) != number:
-                        raise _named_twice(area, model, is_rest=other == REST)
-        else:
-            with prefixed(f"region {model.name!r}"), about(key):
-                areas = [replace(area, name=model.name) for area in region_areas_of(model.ring)]
-                found = drawn(areas, model, _renamed)
-            seen |= dict.fromkeys((str(area.name) for area in found), number)
-        label = model.label if isinstance(model, RegionFile) else getattr(model.ring, "label", None)
-        named = label is not None or not isinstance(model, RegionFile)
-        yield from (replace(_region(area, str(area.name), number, label), named=named) for area in found)
-
-
-def _seeds(keys: InnerKeys) -> Iterator[Seed]:
-    """Points in regions of the keys that lines and rings enclose around them."""
-    for number, model in enumerate(keys.regions):
-        if isinstance(model, RegionSeed):
-            key = _region_key(number)
-            with prefixed(f"region {model.name!r}"), about(key):
-                yield from drawn((Seed(projected_point(at), model.name, key, number) for at in model.points), model)
+        found: list[Area] | list[Seed]
+        label, named = None, True
+        match model:
+            case RegionFile():
+                with about(key):
+                    found = _regions_of_file(model)
+                    for one in found:
+                        if (other := seen.setdefault(str(one.name), number)) != number:
+                            raise _named_twice(one, model, is_rest=other == REST)
+                label, named = model.label, model.label is not None
+            case RegionSeed():
+                with prefixed(f"region {model.name!r}"), about(key):
+                    found = drawn((Seed(projected_point(at), model.name) for at in model.points), model)
+            case RegionKeys():
+                with prefixed(f"region {model.name!r}"), about(key):
+                    areas = [replace(area, name=model.name) for area in region_areas_of(model.ring)]
+                    found = drawn(areas, model, _renamed)
+                label = getattr(model.ring, "label", None)
+        seen |= dict.fromkeys((str(one.name) for one in found), number)
+        for one in found:
+            if isinstance(one, Seed):
+                yield replace(one, key=key, entry=number)
+            else:
+                yield replace(_region(one, str(one.name), number, label), named=named)
 
 
 def _region_key(entry: int) -> Key:
     return Key((*DOMAIN, "regions", entry))
 
 
-def _named_twice(area: Area, keys: RegionFile, is_rest: bool) -> CaseError:
-    """The error of an area of a file whose name another region has, or the rest of the domain."""
-    where = area.outer.origin or keys.file
+def _named_twice(area: Area | Seed, keys: RegionFile, is_rest: bool) -> CaseError:
+    """The error of an area or a point of a file whose name another region has, or the rest of the domain."""
+    where = (None if isinstance(area, Seed) else area.outer.origin) or keys.file
     if is_rest:
         return CaseError(
             f"{where}: {area.name!r} is the name of what regions leave of the domain, too: rename it, or that by "
@@ -284,15 +288,30 @@ def _named_twice(area: Area, keys: RegionFile, is_rest: bool) -> CaseError:
     return CaseError(f"{where}: {area.name!r} is the name of another region too: rename one of them")
 
 
-def _regions_of_file(keys: RegionFile) -> list[Area]:
-    """Areas of a file that share borders, with their names."""
+def _regions_of_file(keys: RegionFile) -> list[Area] | list[Seed]:
+    """Areas of a file that share borders, with their names, or points in regions."""
     if keys.part is not None:
         raise CaseError("part is not for regions that share borders: leave it out")
-    found = readers.read_regions(Path(keys.file), selection_of(keys), keys.name, limits=keys.largest is None)
-    labelled = [area.mapped(lambda ring: ring.labelled(keys.label)) for area in found]
+    found, points = list[Area](), list[Seed]()
+    for one in readers.read_regions(Path(keys.file), selection_of(keys), keys.name, limits=keys.largest is None):
+        if isinstance(one, Area):
+            found.append(one.mapped(lambda ring: ring.labelled(keys.label)))
+        else:
+            points.append(Seed(one.at, one.name, notes=one.notes))
+    if points:
+        _require_no_keys_of_areas(keys)
+        return drawn(points, keys)
     if keys.corners is not None:
-        labelled = followed_together(labelled, Following(keys.corners, keys.smooth, keys.tolerance))
-    return drawn(labelled, keys, _renamed)
+        found = followed_together(found, Following(keys.corners, keys.smooth, keys.tolerance))
+    return drawn(found, keys, _renamed)
+
+
+def _require_no_keys_of_areas(keys: RegionFile) -> None:
+    """Check that a file with points alone has no keys for areas; else it is a CaseError."""
+    points = {*PointFile.model_fields, *RegionSeed.model_fields}
+    given = [key for key in type(keys).model_fields if key in keys.model_fields_set and key not in points]
+    if given:
+        raise CaseError(f"{given[0]} is for areas, and {Path(keys.file).name} has points alone: leave it out")
 
 
 def _renamed(area: Area, name: Name) -> Area:
@@ -303,6 +322,9 @@ def _renamed(area: Area, name: Name) -> Area:
 def _covering(keys: RegionDomain) -> tuple[list[Area], InnerParts]:
     """Areas that the regions of files cover together, and these regions, with what is embedded."""
     parts = _with_regions(keys)
+    if parts.seeds and not parts.regions:
+        with about(parts.seeds[0].key):
+            raise CaseError("points name regions in a domain that outer or file gives: add that")
     areas = _covered(keys, parts)
     return areas, _with_embedded(parts, keys, areas)
 

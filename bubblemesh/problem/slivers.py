@@ -27,9 +27,10 @@ def open_gaps(case: Case, domain: Domain, spacing: Spacing) -> Iterator[str]:
     """Warnings, one for each file, of gaps between its regions that are far narrower than the spacing."""
     for number, keys in enumerate(case.domain.regions):
         if isinstance(keys, RegionFile) and keys.join is None:
-            own = [region for region in domain.parts.regions if region.entry == number]
+            own = [region for region in domain.parts.regions if region.entry == number and region.area.outer.origin]
             shapes = np.array([region.polygon for region in own], dtype=object)
-            yield from _open_gaps(keys, shapes, [region.name for region in own], spacing)
+            if len(shapes):
+                yield from _open_gaps(keys, shapes, [region.name for region in own], spacing)
 
 
 def _open_gaps(keys: RegionFile, shapes: Shapes, names: list[str], spacing: Spacing) -> Iterator[str]:

@@ -22,7 +22,7 @@ from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.outlines import bounding, joining_of
 from bubblemesh.readers.projection import projected_features
-from bubblemesh.readers.regions import largest_by_name, named_areas
+from bubblemesh.readers.regions import largest_by_name, named_areas, named_points
 from bubblemesh.readers.selection import METRES, Selection
 
 
@@ -88,6 +88,14 @@ ELSEWHERE = {
 }
 
 
+class RegionPoint(NamedTuple):
+    """A point of a file in a region with a name, and notes on the whole file."""
+
+    at: Point
+    name: str
+    notes: tuple[str, ...]
+
+
 class Chosen(NamedTuple):
     """Part of a file that a case takes: areas with their holes, rings that may be nested, points in holes, notes."""
 
@@ -134,16 +142,25 @@ def read_shapes(path: Path, selection: Selection, united: bool = False, nested: 
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
-def read_regions(path: Path, selection: Selection, key: str, limits: bool = True) -> list[Area]:
+def read_regions(path: Path, selection: Selection, key: str, limits: bool = True) -> list[Area] | list[RegionPoint]:
     """Areas of a file whose features share borders, named by their property ``key``, or by their layer for "layer".
 
     With ``limits`` they have the largest areas of triangles that the file gives. The first ring has the notes on the
-    whole file. The same errors as `read_areas`, and GeometryError if neighbours overlap.
+    whole file. If all named features are points they are returned, the first one with the notes. The same errors as
+    `read_areas`, and GeometryError if neighbours overlap.
     """
     with prefixed(path):
-        content = read_content(path, selection)
+        content = read_content(path, selection, "points")  # a ring in a list of points would have no name
         features = projected_features(path, content, selection)
         size, size_notes = _measured(content, features, selection)
+        points = named_points(features, key)
+        if points:
+            factor, notes = selection.factor(content), [*content.notes, *size_notes]
+            told = tuple(f"{path.name}: {note}" for note in notes)
+            return [
+                RegionPoint((x * factor, y * factor), name, () if k else told)
+                for k, ((x, y), name) in enumerate(points)
+            ]
         areas, notes = named_areas(features, key, selection, size)
         if selection.repair is not None:
             areas = selection.repair.of_neighbours(areas)

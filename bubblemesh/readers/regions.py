@@ -12,7 +12,7 @@ from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.borders import matched
 from bubblemesh.geometry.nesting import polygons_of, shapes_of
-from bubblemesh.geometry.paths import Area, Line, Ring, RingChange
+from bubblemesh.geometry.paths import Area, Line, Point, Ring, RingChange
 from bubblemesh.geometry.repair import Repair
 from bubblemesh.geometry.validity import simple_polygon
 from bubblemesh.messages import counted, unknown
@@ -56,10 +56,7 @@ def named_areas(
     mend = None if selection.repair is None else selection.repair.mending(size)
     found, changes = list[Area](), list[RingChange]()
     for name, members in groups.items():
-        if not is_writable(name):
-            raise CaseError(
-                f"{members[0].name}: {name[:40]!r} is no name of a region: it is too long or has {FORBIDDEN}"
-            )
+        _require_writable(members[0], name)
         with prefixed(f"region {name!r}"):
             bounds = bounding(members, joining_of(selection, size))
             areas = _areas_of(bounds, mend)
@@ -73,6 +70,24 @@ def named_areas(
         return found, notes
     first, *others = [area.mapped(lambda ring: replace(ring, changes=())) for area in found]
     return [replace(first, outer=replace(first.outer, changes=tuple(changes))), *others], notes
+
+
+def named_points(features: Sequence[Feature], key: str) -> list[tuple[Point, str]]:
+    """Points of features with the values of their property ``key``; none if others than points have such values.
+
+    CaseError if a value cannot be a name.
+    """
+    named = [(one, name) for one in features if (name := _value(one, key))]
+    if any(one.bounds or one.spare == REGION for one, _ in named):
+        return []
+    for one, name in named:
+        _require_writable(one, name)
+    return [(at, name) for one, name in named for at in one.points]
+
+
+def _require_writable(feature: Feature, name: str) -> None:
+    if not is_writable(name):
+        raise CaseError(f"{feature.name}: {name[:40]!r} is no name of a region: it is too long or has {FORBIDDEN}")
 
 
 def _areas_of(bounds: Bounding, mend: Repair | None) -> list[Area]:

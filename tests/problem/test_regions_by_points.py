@@ -1,5 +1,6 @@
 """Regions that are given by points inside: what lines, rings and the outline enclose around these."""
 
+import json
 import math
 
 import numpy as np
@@ -12,6 +13,7 @@ import bubblemesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.meshfiles.read import read_mesh
+from bubblemesh.problem.domain import case_domain
 
 BOX = "  outer: {rectangle: [0, 0, 4, 2], labels: [bottom, right, top, left]}\n"
 
@@ -327,3 +329,48 @@ def test_two_points_of_programs_in_one_face_are_told_the_gap():
             lines={"crack": [(2, 0), (2, 1.9)]},
             regions={"a": shapely.Point(1, 1), "b": shapely.Point(3, 1)},
         )
+
+
+@pytest.fixture
+def domain_with(tmp_path):
+    def make(regions, more=BOX, **files):
+        for name, content in files.items():
+            (tmp_path / name.replace("_", ".")).write_text(content)
+        lines = "{path: [[2, 0], [2, 2]]}, {path: [[0, 1], [4, 1]]}"
+        (tmp_path / "case.yaml").write_text(section(lines, "", more).replace("[]", f"{regions}") + "spacing: 1\n")
+        return case_domain(load_case(tmp_path / "case.yaml"))
+
+    return make
+
+
+UNITS = "unit,x,y\nclay,1,0.5\nsand,1,1.5\nsand,3,1.5\n"
+COLLECTION = {
+    "type": "FeatureCollection",
+    "features": [
+        {"type": "Feature", "properties": {"unit": unit}, "geometry": {"type": kind, "coordinates": places}}
+        for unit, kind, places in (("clay", "Point", [1, 0.5]), ("sand", "MultiPoint", [[1, 1.5], [3, 1.5]]))
+    ],
+}
+
+
+@pytest.mark.parametrize(("name", "content"), [("a_csv", UNITS), ("a_geojson", json.dumps(COLLECTION))])
+def test_points_of_a_file_name_the_regions_around_them(domain_with, name, content):
+    found = domain_with(f"{{file: {name.replace('_', '.')}, name: unit}}", **{name: content})
+    assert [(one.name, one.polygon.area) for one in found.parts.regions] == [("clay", 2), ("sand", 2), ("sand", 2)]
+    mirrored = domain_with(f"[{{file: {name.replace('_', '.')}, name: unit, mirror: x, move: [0, 2]}}]")
+    assert [one.area.outer.outline[:, 1].mean() for one in mirrored.parts.regions] == [1.5, 0.5, 0.5]
+
+
+@pytest.mark.parametrize(
+    ("regions", "more", "message"),
+    [
+        ("{file: a.csv, name: unit, join: 0.1}", BOX, "join is for areas, and a.csv has points alone: leave it out"),
+        ("{file: a.csv, name: unti}", BOX, "unknown property 'unti'; did you mean 'unit'?"),
+        ("[{name: clay, at: [3, 0.5]}, {file: a.csv, name: unit}]", BOX, "'clay' is the name of another region too"),
+        ("{file: a.csv, name: unit}", "", "points name regions in a domain that outer or file gives: add that"),
+    ],
+)
+def test_files_of_points_are_checked(domain_with, regions, more, message):
+    with pytest.raises(CaseError) as caught:
+        domain_with(regions, more, a_csv=UNITS)
+    assert message in str(caught.value)

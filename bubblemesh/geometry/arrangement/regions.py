@@ -101,6 +101,7 @@ class Seed:
     key: Key = field(default=Key(), compare=False)
     entry: int = 0  # number, from 0, of the case's entry that gives it
     optional: bool = False  # whether it is left out where it lies outside of the domain
+    notes: tuple[str, ...] = ()  # on what was changed on reading, for the user to know
 
     def moved(self, by: Similarity) -> "Seed":
         """The point where a similarity takes it."""

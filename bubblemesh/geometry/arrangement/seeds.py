@@ -59,7 +59,8 @@ def with_regions_of_seeds(parts: InnerParts, rings: Sequence[Ring], boundary: Bo
     sides = [*(ring.sides for ring in rings), *(path.sides for path in parts.paths)]
     assembly = Assembly(faces.boundary, before, [side.curve for some in sides for side in some])
     regions = [*parts.regions, *(_region(seed, assembly, faces, face) for face, seed in seeds.items())]
-    notes = ends.notes({face: seed.name for face, seed in seeds.items()})
+    notes = [note for seed in parts.seeds for note in seed.notes]
+    notes += ends.notes({face: seed.name for face, seed in seeds.items()})
     in_order = tuple(sorted(regions, key=lambda region: region.entry))
     return replace(parts, regions=in_order, seeds=(), remarks=(*parts.remarks, *notes))
 
