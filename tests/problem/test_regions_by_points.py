@@ -357,7 +357,7 @@ COLLECTION = {
 def test_points_of_a_file_name_the_regions_around_them(domain_with, name, content):
     found = domain_with(f"{{file: {name.replace('_', '.')}, name: unit}}", **{name: content})
     assert [(one.name, one.polygon.area) for one in found.parts.regions] == [("clay", 2), ("sand", 2), ("sand", 2)]
-    mirrored = domain_with(f"[{{file: {name.replace('_', '.')}, name: unit, mirror: x, move: [0, 2]}}]")
+    mirrored = domain_with(f"[{{file: {name.replace('_', '.')}, name: unit, mirror: y, move: [0, 2]}}]")
     assert [one.area.outer.outline[:, 1].mean() for one in mirrored.parts.regions] == [1.5, 0.5, 0.5]
 
 
