@@ -76,9 +76,10 @@ def mesh(
         Names of the rings, those of all outer ones first, or names in place of the usual ones, which are ``outer``,
         ``outer-2``, ``hole-1`` and so on: ``{"hole-1": "bore"}``.
     regions : mapping of str, optional
-        Parts of the domain by their names, as polygons or arrays (n, 2) of the points of a ring: ``{"core": disc}``.
-        They may share sides, touch the rings and lie in each other, where the inner one counts; several polygons are
-        one region. What they leave is the region ``domain``. Their sides have labels as ``core-rim``.
+        Parts of the domain by their names, as polygons or arrays (n, 2) of the points of a ring: ``{"core": disc}``,
+        or as a shapely.Point or MultiPoint in what ``lines``, rings and other regions enclose. They may share sides,
+        touch the rings and lie in each other, where the inner one counts; several polygons are one region. What they
+        leave is the region ``domain``. The sides of polygons have labels as ``core-rim``.
     lines : mapping of str, optional
         Lines inside, by their labels, whose edges are edges of the mesh: a shapely.LineString, a MultiLineString, or
         an array (n, 2) of points. A line on the boundary labels that part of it, such as one side:

@@ -10,7 +10,7 @@ import shapely
 from bubblemesh.arrays import Integers
 from bubblemesh.geometry.arrangement.bellies import NEWTON_STEPS
 from bubblemesh.geometry.arrangement.crossings import ChordBoxes, chord_boxes
-from bubblemesh.geometry.arrangement.walks import Faces
+from bubblemesh.geometry.arrangement.walks import EnclosedFaces
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import OpenPath
 from bubblemesh.messages import just_above, place
@@ -38,7 +38,7 @@ class OpenEnds(Uncached):
 
     lines: Sequence[OpenPath]
     boundary: Boundary
-    faces: Faces
+    faces: EnclosedFaces
     size: float  # of the domain
 
     def advice(self, face: int) -> str:

@@ -17,7 +17,7 @@ from bubblemesh.geometry.arrangement.open_ends import OpenEnds
 from bubblemesh.geometry.arrangement.overlay import Assembly
 from bubblemesh.geometry.arrangement.partition import size_of_domain, without_doubles
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
-from bubblemesh.geometry.arrangement.walks import Faces
+from bubblemesh.geometry.arrangement.walks import EnclosedFaces
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import place
@@ -50,7 +50,7 @@ def with_regions_of_seeds(parts: InnerParts, rings: Sequence[Ring], boundary: Bo
     split = noded(boundary.with_inner(parts.paths), size, len(boundary.corners), parts)
     single = without_doubles(split, TOUCHING * size)
     _require_inside(parts.seeds, single, size, polygon)
-    faces = Faces.of(single)
+    faces = EnclosedFaces.of(single)
     ends = OpenEnds(parts.lines, single, faces, size)
     seeds = dict[int, Seed]()  # the first one in each face
     for seed, face in zip(parts.seeds, faces.around(_places(parts.seeds)).tolist(), strict=True):
@@ -69,7 +69,7 @@ def _places(seeds: Sequence[Seed]) -> Floats:
     return np.array([seed.at for seed in seeds], float)
 
 
-def _region(seed: Seed, assembly: Assembly, faces: Faces, face: int) -> Region:
+def _region(seed: Seed, assembly: Assembly, faces: EnclosedFaces, face: int) -> Region:
     """The region that is a face; its sides have the labels of what they lie on."""
     (area,) = assembly.areas(*(faces.beside == face))
     return Region(replace(area.about(seed.key), name=seed.name), seed.name, f"{seed.name}-rim", seed.entry, named=False)

@@ -21,7 +21,7 @@ OUTSIDE = -1  # number of what is around all faces
 
 
 @record
-class Faces:
+class EnclosedFaces:
     """Faces between pieces, of which each has different ones on its two sides."""
 
     boundary: Boundary
@@ -30,7 +30,7 @@ class Faces:
     face: Integers  # (w,), that is on the left of each walk, or OUTSIDE
 
     @classmethod
-    def of(cls, boundary: Boundary) -> "Faces":
+    def of(cls, boundary: Boundary) -> "EnclosedFaces":
         """The faces between noded pieces; those with one face on both sides are left out."""
         left, right = walks_beside(boundary)
         boundary = boundary.select(np.flatnonzero(left != right))
