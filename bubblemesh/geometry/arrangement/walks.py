@@ -98,6 +98,7 @@ def _areas(boundary: Boundary, walks: Integers) -> Floats:
     chords = boundary.chords()
     origin = boundary.corners.mean(axis=0) if len(boundary.corners) else 0.0  # the sum has more digits near it
     swept = cross(chords.start - origin, chords.end - origin) / 2
-    of_piece = np.bincount(chords.piece, swept, len(boundary.kind))
-    areas: Floats = np.bincount(walks.ravel(), np.append(of_piece, -of_piece))
+    areas = np.zeros(int(walks.max(initial=-1)) + 1)
+    np.add.at(areas, walks[0, chords.piece], swept)
+    np.subtract.at(areas, walks[1, chords.piece], swept)
     return areas
