@@ -15,7 +15,6 @@ from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import InnerParts
-from bubblemesh.geometry.arrangement.seeds import with_regions_of_seeds
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans, require_separation
 from bubblemesh.geometry.distance.projection import Feet, Nearest, Projection, projection_onto
@@ -146,10 +145,9 @@ class Domain(Uncached):
         require_domain(domain.polygonal_copy, names, keys)
         if inner:
             inner = without_outside(inner, domain.polygon, domain.signed_distance)
-            inner = with_regions_of_seeds(inner, rings, boundary, domain.polygon)
             remarks = inner.remarks
             if inner:
-                boundary, overlaps = partitioned(boundary, inner, domain.polygon)
+                boundary, inner, overlaps = partitioned(boundary, inner, domain.polygon, rings)
                 remarks = (*remarks, *overlaps)
             domain = bounded_by(boundary, replace(inner, remarks=remarks))
         require_separation(domain.boundary, domain.corner_fans)

@@ -9,7 +9,8 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, each_once
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.noding import noded
-from bubblemesh.geometry.arrangement.partition import clipped_to_domain, probes, without_doubles
+from bubblemesh.geometry.arrangement.partition import clipped_to_domain
+from bubblemesh.geometry.arrangement.pieces import probes, without_doubles
 from bubblemesh.geometry.arrangement.regions import region_at
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import Lines

@@ -18,7 +18,7 @@ from bubblemesh.errors import about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.bellies import bellies
 from bubblemesh.geometry.arrangement.noding import noded
-from bubblemesh.geometry.arrangement.partition import probes, without_doubles
+from bubblemesh.geometry.arrangement.pieces import probes, without_doubles
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import with_holes

@@ -7,12 +7,13 @@ from typing import Self
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, select, turned_left
+from bubblemesh.arrays import Booleans, select
 from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.covered_lines import covered_lines
 from bubblemesh.geometry.arrangement.labels import Along, laid_on_rings, lost_notes, overlap_notes, with_given_labels
 from bubblemesh.geometry.arrangement.noding import noded
+from bubblemesh.geometry.arrangement.pieces import doubles, probes
 from bubblemesh.geometry.arrangement.regions import (
     InnerParts,
     Region,
@@ -21,22 +22,25 @@ from bubblemesh.geometry.arrangement.regions import (
     overlapping,
     regions_around,
 )
+from bubblemesh.geometry.arrangement.seeds import SeededRegions, seeded_regions
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import InnerPoint
+from bubblemesh.geometry.paths import InnerPoint, Ring
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.validity import first_place
 from bubblemesh.messages import place
 from bubblemesh.records import record
 
-ASIDE, ASIDE_OF_A_CURVE = 1e-6, 1e-5  # of a chord's length: distance from a piece at which its region is looked up
 COARSEST = 1e-6  # of the domain's size: largest rounding error with which regions and lines still work
 
 
-def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon) -> tuple[Boundary, tuple[str, ...]]:
+def partitioned(
+    boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon, rings: Sequence[Ring] = ()
+) -> tuple[Boundary, InnerParts, tuple[str, ...]]:
     """The boundary of rings with inner pieces, noded, and with the regions on either side of all pieces, and notes.
 
     Rings of regions and embedded lines end at the boundary of the domain, the polygon. Where several lines run along
     each other there is one piece: that of the ring if there is one, else of an embedded line, else of the first region.
+    The parts are returned with regions in place of their seeds, whose sides may be those of the ``rings``.
 
     Raises
     ------
@@ -46,7 +50,7 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     """
     for region in parts.regions:
         _ = region.polygon  # an invalid ring is reported before it is compared with others
-    size = size_of_domain(polygon)
+    size = _size(polygon)
     tolerance = TOUCHING * size
     whole = boundary.with_inner(parts.paths, [point.at for point in parts.points])
     whole = noded(whole, size, len(boundary.corners), parts)
@@ -56,6 +60,8 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     final = with_given_labels(whole, along, laid)
     single = final.select(np.flatnonzero(keep))
     sides = _Sides.of(single, whole, parts, polygon)
+    seeded = seeded_regions(parts, rings, boundary, single, size, polygon)
+    sides = sides.with_regions(seeded)
     sides.require_regions_apart()
     single = clipped_to_domain(sides.numbered(), parts.points, tolerance)
     used = laid[along.piece] & (final.label[along.piece] == final.label[along.other])
@@ -65,11 +71,22 @@ def partitioned(boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon)
     seen = np.zeros(len(keep), bool)
     seen[keep] = sides.seen
     partly = select(along, ~np.isin(whole.ring[along.piece], covered))
-    notes += *overlap_notes(final, parts.lines, partly), *lost_notes(whole, final, along, seen)
-    return replace(single, ring=np.maximum(single.ring, -1)), notes
+    notes += *overlap_notes(final, parts.lines, partly), *lost_notes(whole, final, along, seen), *seeded.notes
+    single = replace(single, ring=np.maximum(single.ring, -1))
+    return *_in_order(single, replace(parts, regions=tuple(sides.regions), seeds=())), notes
 
 
-def size_of_domain(polygon: shapely.Polygon) -> float:
+def _in_order(boundary: Boundary, parts: InnerParts) -> tuple[Boundary, InnerParts]:
+    """The boundary and the parts with the regions in the order of the case's entries."""
+    order = sorted(range(len(parts.regions)), key=lambda number: parts.regions[number].entry)
+    number = np.zeros(len(order) + 2, np.int64)
+    number[np.array(order, np.int64) + 1] = np.arange(1, len(order) + 1)
+    number[-1] = -1  # of what is outside
+    regions = tuple(parts.regions[one] for one in order)
+    return replace(boundary, left=number[boundary.left], right=number[boundary.right]), replace(parts, regions=regions)
+
+
+def _size(polygon: shapely.Polygon) -> float:
     """Size to which tolerances are relative: that of the domain, or more if coordinates far from the origin need it.
 
     GeometryError if too few digits are left to decide which lines meet.
@@ -83,27 +100,6 @@ def size_of_domain(polygon: shapely.Polygon) -> float:
             "coordinates hides which regions and lines meet: move it nearer to the origin"
         )
     return max(size, rounding / TOUCHING)
-
-
-def without_doubles(boundary: Boundary, tolerance: float) -> Boundary:
-    """The boundary without inner pieces that run along another piece or have no length."""
-    keep, _ = doubles(boundary, tolerance)
-    return boundary.select(np.flatnonzero(keep))
-
-
-def doubles(boundary: Boundary, tolerance: float) -> tuple[Booleans, Integers]:
-    """Mask (p,) of the pieces that stay, and pairs (k, 2) of an inner piece and another one that it runs along."""
-    low, high = np.sort(np.column_stack([boundary.start, boundary.end]), axis=1).T
-    numbers = np.arange(len(boundary.kind))
-    middle = boundary.points(numbers, boundary.lengths / 2)
-    keep = ~boundary.inner | (low != high) | (boundary.lengths > 10 * tolerance)
-    rank = np.empty(len(numbers), np.int64)
-    rank[np.lexsort((numbers, np.where(boundary.inner, -boundary.ring, 0)))] = numbers
-    spots = shapely.points(middle)
-    i, j = shapely.STRtree(spots).query(spots, predicate="dwithin", distance=10 * tolerance)
-    double = (rank[j] < rank[i]) & (low[i] == low[j]) & (high[i] == high[j]) & boundary.inner[i]
-    keep[i[double]] = False
-    return keep, np.column_stack([i[double], j[double]])
 
 
 def clipped_to_domain(boundary: Boundary, points: Sequence[InnerPoint], tolerance: float) -> Boundary:
@@ -159,6 +155,14 @@ class _Sides:
         inside = boundary.inner & shapely.contains_xy(polygon, middle)
         return cls(boundary, parts.regions, around, np.append(inside | ~boundary.inner, inside))
 
+    def with_regions(self, seeded: SeededRegions) -> Self:
+        """The sides with more regions."""
+        point, region = seeded.sides
+        around = RegionsAround(
+            np.append(self.around.point, point), np.append(self.around.region, len(self.regions) + region)
+        )
+        return replace(self, regions=(*self.regions, *seeded.regions), around=around)
+
     def numbered(self) -> Boundary:
         """The boundary with the number of the innermost region on each side."""
         sides = np.bincount(self.around.region, minlength=len(self.regions))  # fewer in a region within another one
@@ -213,15 +217,3 @@ class _Sides:
                     if not self.within[sides].any():
                         raise GeometryError(f"{where} lies outside the domain: move or remove it")
                     raise GeometryError(f"nothing is left of {where} beside the regions within it: remove one of them")
-
-
-def probes(boundary: Boundary) -> tuple[Floats, Floats]:
-    """Points (p, 2) next to the middles of the pieces, on the left and on the right of them."""
-    numbers = np.arange(len(boundary.kind))
-    piece, s, step = boundary.stations()
-    first = np.searchsorted(piece, numbers)
-    chord = first + np.bincount(piece) // 2
-    at = s[chord] + step[chord] / 2
-    aside = np.where(boundary.curved, ASIDE_OF_A_CURVE, ASIDE) * step[chord]
-    middle, normal = boundary.points(numbers, at), aside[:, None] * turned_left(boundary.tangents(numbers, at))
-    return middle + normal, middle - normal

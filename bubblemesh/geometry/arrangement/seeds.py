@@ -2,21 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError, about
-from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
+from bubblemesh.geometry.arrangement import NEARLY
 from bubblemesh.geometry.arrangement.bellies import NEWTON_STEPS, bellies
 from bubblemesh.geometry.arrangement.crossings import chord_boxes
-from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.open_ends import OpenEnds
 from bubblemesh.geometry.arrangement.overlay import Assembly
-from bubblemesh.geometry.arrangement.partition import size_of_domain, without_doubles
-from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
+from bubblemesh.geometry.arrangement.regions import InnerParts, Region, RegionsAround, Seed
 from bubblemesh.geometry.arrangement.walks import EnclosedFaces
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Ring
@@ -25,8 +23,18 @@ from bubblemesh.messages import place
 Polygon: TypeAlias = "shapely.Polygon | shapely.MultiPolygon"
 
 
-def with_regions_of_seeds(parts: InnerParts, rings: Sequence[Ring], boundary: Boundary, polygon: Polygon) -> InnerParts:
-    """The parts of a domain, the polygon, with regions in place of their seeds, in the order of the case's entries.
+class SeededRegions(NamedTuple):
+    """Regions that are faces, the sides of pieces in them, and notes on these."""
+
+    regions: list[Region]
+    sides: RegionsAround  # those on the left of all pieces are numbered before those on the right
+    notes: list[str]
+
+
+def seeded_regions(
+    parts: InnerParts, rings: Sequence[Ring], boundary: Boundary, single: Boundary, size: float, polygon: Polygon
+) -> SeededRegions:
+    """The regions of the seeds among the parts of a domain, the polygon, of some size.
 
     Parameters
     ----------
@@ -35,20 +43,18 @@ def with_regions_of_seeds(parts: InnerParts, rings: Sequence[Ring], boundary: Bo
     rings
         Rings of the domain, with the domain on their left.
     boundary
-        The boundary of the rings, split where they touch.
-    polygon
-        The domain.
+        The boundary of the rings.
+    single
+        All noded pieces, each once.
 
     Raises
     ------
     GeometryError
         If a seed is outside of the domain or on a line, or if two with different names are in one face; with the place.
     """
+    none = np.zeros(0, np.int64)
     if not parts.seeds:
-        return parts
-    size = size_of_domain(polygon)
-    split = noded(boundary.with_inner(parts.paths), size, len(boundary.corners), parts)
-    single = without_doubles(split, TOUCHING * size)
+        return SeededRegions([], RegionsAround(none, none), [])
     _require_inside(parts.seeds, single, size, polygon)
     faces = EnclosedFaces.of(single)
     ends = OpenEnds(parts.lines, single, faces, size)
@@ -58,11 +64,14 @@ def with_regions_of_seeds(parts: InnerParts, rings: Sequence[Ring], boundary: Bo
     before = Boundary.of(rings, boundary.area_of_ring).with_inner(parts.paths)
     sides = [*(ring.sides for ring in rings), *(path.sides for path in parts.paths)]
     assembly = Assembly(faces.boundary, before, [side.curve for some in sides for side in some])
-    regions = [*parts.regions, *(_region(seed, assembly, faces, face) for face, seed in seeds.items())]
+    regions = [_region(seed, assembly, faces, face) for face, seed in seeds.items()]
+    number = np.full(len(faces.areas) + 1, -1)  # of faces, OUTSIDE the last one
+    number[[*seeds]] = np.arange(len(seeds))
+    region = number[faces.of_all_sides.ravel()]
+    inside = np.flatnonzero(region >= 0)
     notes = [note for seed in parts.seeds for note in seed.notes]
     notes += ends.notes({face: seed.name for face, seed in seeds.items()})
-    in_order = tuple(sorted(regions, key=lambda region: region.entry))
-    return replace(parts, regions=in_order, seeds=(), remarks=(*parts.remarks, *notes))
+    return SeededRegions(regions, RegionsAround(inside, region[inside]), notes)
 
 
 def _places(seeds: Sequence[Seed]) -> Floats:

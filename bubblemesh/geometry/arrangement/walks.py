@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, components, cross
+from bubblemesh.arrays import Booleans, Floats, Integers, components, cross
 from bubblemesh.geometry.arrangement.bellies import bellies
 from bubblemesh.geometry.arrangement.overlay import directions
 from bubblemesh.geometry.arrangement.regions import RegionsAround, innermost
@@ -25,18 +25,21 @@ class EnclosedFaces:
     """Faces between pieces, of which each has different ones on its two sides."""
 
     boundary: Boundary
+    loose: Boundary  # pieces with one face on both sides
+    kept: Booleans  # (k,): which of all pieces have different ones
     walks: Integers  # (2, p), numbers of the walks on the left and on the right of each piece
     areas: Floats  # (w,), around which walks turn to the left; those above 0 are around the face of the same number
     face: Integers  # (w,), that is on the left of each walk, or OUTSIDE
 
     @classmethod
     def of(cls, boundary: Boundary) -> "EnclosedFaces":
-        """The faces between noded pieces; those with one face on both sides are left out."""
+        """The faces between noded pieces."""
         left, right = walks_beside(boundary)
-        boundary = boundary.select(np.flatnonzero(left != right))
+        kept = left != right
+        loose, boundary = boundary.select(np.flatnonzero(~kept)), boundary.select(np.flatnonzero(kept))
         walks = walks_beside(boundary)
         areas = _areas(boundary, walks)
-        faces = cls(boundary, walks, areas, np.arange(len(areas)))
+        faces = cls(boundary, loose, kept, walks, areas, np.arange(len(areas)))
         holes = np.flatnonzero(areas <= 0)
         chords = boundary.chords()
         a_chord = np.empty(len(areas), np.int64)
@@ -50,6 +53,15 @@ class EnclosedFaces:
     def beside(self) -> Integers:
         """Faces (2, p) on the left and on the right of each piece."""
         return self.face[self.walks]
+
+    @property
+    def of_all_sides(self) -> Integers:
+        """Faces (2, k) on the left and on the right of all pieces, loose ones among them."""
+        found = np.empty((2, len(self.kept)), np.int64)
+        found[:, self.kept] = self.beside
+        middle = self.loose.points(np.arange(len(self.loose.kind)), self.loose.lengths / 2)
+        found[:, ~self.kept] = self.around(middle)
+        return found
 
     @cached_property
     def _component(self) -> Integers:

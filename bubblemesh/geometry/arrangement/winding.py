@@ -11,7 +11,7 @@ from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.bellies import bellies
 from bubblemesh.geometry.arrangement.noding import noded
 from bubblemesh.geometry.arrangement.overlay import areas_beside, size_of
-from bubblemesh.geometry.arrangement.partition import probes, without_doubles
+from bubblemesh.geometry.arrangement.pieces import probes, without_doubles
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Area, OpenPath, Ring, outlines
