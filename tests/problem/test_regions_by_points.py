@@ -374,3 +374,27 @@ def test_files_of_points_are_checked(domain_with, regions, more, message):
     with pytest.raises(CaseError) as caught:
         domain_with(regions, more, a_csv=UNITS)
     assert message in str(caught.value)
+
+
+# Splines across an ellipse: computed from the sides of a face alone, crossings with curves would differ by 1e-7.
+SPLINES = [
+    [[-0.2, 0.628], [0.9, 0.395], [2, 1.298], [3.1, 1.438], [4.2, 1.068]],
+    [[-0.2, 1.028], [0.9, 0.583], [2, 0.66], [3.1, 1.071], [4.2, 1.488]],
+    [[-0.2, 1.321], [0.9, 1.605], [2, 1.631], [3.1, 0.524], [4.2, 1.283]],
+]
+
+
+def test_faces_between_curves_that_cross_at_many_places_fit_each_other():
+    lines = ", ".join(f"{{path: [{first}, {{spline: {{through: {others}}}}}]}}" for first, *others in SPLINES)
+    lines += ", {path: [[0.677, 1.109], [0.703, 1.013], [1.368, 1.925]]}"
+    ellipse = "  outer: {ellipse: {center: [2, 1], radii: [2, 1], angle: 5}}\n"
+    chords = domain_of(section(lines, "", ellipse)).boundary.chords()
+    net = shapely.union_all(shapely.linestrings(np.stack([chords.start, chords.end], axis=1)))
+    faces = shapely.get_parts(shapely.polygonize([net]))
+    faces = faces[shapely.area(faces) > 0.01]
+    places = shapely.get_coordinates(shapely.point_on_surface(faces)).tolist()
+    domain = domain_of(section(lines, ", ".join(f"{{name: r{k}, at: {at}}}" for k, at in enumerate(places)), ellipse))
+    check_pieces(domain)
+    assert len(faces) >= 8
+    for region, face in zip(domain.parts.regions, faces, strict=True):
+        assert region.polygon.area == pytest.approx(face.area, rel=1e-3)

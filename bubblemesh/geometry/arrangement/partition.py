@@ -34,7 +34,7 @@ COARSEST = 1e-6  # of the domain's size: largest rounding error with which regio
 
 
 def partitioned(
-    boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon, rings: Sequence[Ring] = ()
+    boundary: Boundary, parts: InnerParts, polygon: shapely.Polygon, rings: Sequence[Ring]
 ) -> tuple[Boundary, InnerParts, tuple[str, ...]]:
     """The boundary of rings with inner pieces, noded, and with the regions on either side of all pieces, and notes.
 
