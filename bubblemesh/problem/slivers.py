@@ -26,7 +26,7 @@ TRIED = (1, 1.5, 2, 3)  # times the widest gap: where three regions meet it take
 def open_gaps(case: Case, domain: Domain, spacing: Spacing) -> Iterator[str]:
     """Warnings, one for each file, of gaps between its regions that are far narrower than the spacing."""
     for number, keys in enumerate(case.domain.regions):
-        if isinstance(keys, RegionFile) and keys.join is None:
+        if isinstance(keys, RegionFile):
             own = [region for region in domain.parts.regions if region.entry == number and region.area.outer.origin]
             shapes = np.array([region.polygon for region in own], dtype=object)
             if len(shapes):
@@ -52,17 +52,21 @@ def _advice(keys: RegionFile, shapes: Shapes, names: list[str], found: Slivers) 
     factor = length_in_file(keys)
     if factor is None:
         return ""
-    join = _join(shapes, names, float(found.widths[0]), factor)
+    join = _join(shapes, names, float(found.widths[0]), factor, keys.join or 0.0)
     if join is not None:
         return f": set join: {join} to close what is not meant"
     largest = float(found.holes.max())
     return f": set smallest: {just_above(largest / factor**2)} to fill those that are holes" if largest > 0 else ""
 
 
-def _join(shapes: Shapes, names: list[str], width: float, factor: float) -> str | None:
-    """The value of ``join``, in lengths of ``factor`` each, that closes gaps up to a width, if there is one."""
-    for times in TRIED:
-        join = just_above(times * width / factor)
+def _join(shapes: Shapes, names: list[str], width: float, factor: float, given: float) -> str | None:
+    """The value of ``join``, in lengths of ``factor`` each, that closes gaps up to a width, if there is one.
+
+    It is larger than the ``given`` one, which left them open.
+    """
+    for join in (just_above(times * width / factor) for times in TRIED):
+        if float(join) <= given:
+            continue
         with suppress(GeometryError):
             found = matched(shapes, names, float(join) * factor).shapes
             if hole_count(shapely.union_all(found)) <= hole_count(closed(shapely.union_all(shapes), width)):

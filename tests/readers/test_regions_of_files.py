@@ -457,6 +457,18 @@ def test_narrow_gaps_that_stay_open_are_told_once_with_the_join_that_closes_them
     assert (domain.polygon.area, domain.hole_count) == (pytest.approx(5.75 * factor**2, rel=0.01), 1)
 
 
+@pytest.mark.parametrize(("keys", "wide"), [(", join: 0.001", 2), (", join: 0.025", 1), (", repair: {gap: 0.025}", 1)])
+def test_gaps_wider_than_a_join_are_told_with_a_larger_one(written, keys, wide):
+    """The gap is closed at the middle, and is 0.02 wide at one end, 0.03 at the other one."""
+    upper = shapely.Polygon([(0, 20.02), (50, 20), (100, 20.03), (100, 40), (0, 40)])
+    shapes = {"upper": upper, "lower": shapely.box(0, 0, 100, 20)}
+    (text,), _ = gap_warnings(written, keys, 5, **shapes)
+    assert text.startswith(f"land.geojson: {wide} narrow gap")
+    join = re.search(r"the widest \(0\.03\) between 'lower' and 'upper' at .*: set join: (\S+) to close", text)[1]
+    told, domain = gap_warnings(written, f", join: {join}", 5, **shapes)
+    assert (told, domain.boundary.lengths[~domain.boundary.inner].sum()) == ([], pytest.approx(280, rel=1e-3))
+
+
 def triple(gap=0.5):
     """Three neighbours that leave a triangle open where they meet, as outlines of labels in a picture do."""
     x = (50 - gap, 50), (50, 50 + gap), (50 + gap, 50)
