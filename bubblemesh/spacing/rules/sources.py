@@ -22,6 +22,8 @@ APART_ON_CURVE = 0.25  # distance of sources on a curve, in terms of their sizes
 SOURCE_CELL = 0.25  # of the size: largest side of a cell from which a limit starts
 RIM_CELL = 1.0  # of the size: the same for sources along the boundary, from which the spacing rises to one side only
 WIDEST_TURN = np.pi / 3  # that one boundary edge may span: six edges on a circle
+SAME_TURN = 1e-3  # edges: an excess of a curve over so many of them that is due to its polygonal copy
+SURELY = 0.95  # of a number of edges by the spacing at points: so many are left on a grid that interpolates it
 MANY = 0.02  # of the nodes allowed: fewer on curves do not lead to too many beside them
 
 
@@ -132,11 +134,11 @@ def short_pieces(domain: Domain, spacing: Spacing, hidden: Floats | None = None)
 
 
 def coarse_curves(domain: Domain, spacing: Spacing, hidden: Floats | None = None) -> Sources:
-    """Sources on curves that turn by more than `WIDEST_TURN` over the length of one spacing.
+    """Sources on curves that turn by more than `WIDEST_TURN` over the length of one spacing, or over an edge there.
 
-    Curves that are ``hidden``, as in `short_pieces`, get none.
+    Edges are a whole number: a quarter of a circle gets two, not one and a half to the nearest. Curves that are ``hidden``, as in `short_pieces`, get none.
     """
-    return _along(domain, _tight(domain, spacing, WIDEST_TURN, hidden))
+    return _along(domain, _tight(domain, spacing, WIDEST_TURN, hidden, whole=True))
 
 
 def curvature_sources(
@@ -181,8 +183,13 @@ class TightChords(NamedTuple):
         return TightChords(self.piece[which], self.s[which], self.step[which], self.size[which])
 
 
-def _tight(domain: Domain, spacing: Spacing, widest_turn: float, hidden: Floats | None) -> TightChords:
-    """Chords of curves, but for ``hidden`` ones, that turn by more than ``widest_turn`` over one spacing."""
+def _tight(
+    domain: Domain, spacing: Spacing, widest_turn: float, hidden: Floats | None, whole: bool = False
+) -> TightChords:
+    """Chords of curves, but for ``hidden`` ones, that turn by more than ``widest_turn`` over one spacing.
+
+    On request their sizes are such that no piece turns by more over one of a ``whole`` number of edges.
+    """
     boundary = domain.boundary
     piece, s, step = boundary.stations()
     curved = boundary.approximated[piece]
@@ -191,8 +198,21 @@ def _tight(domain: Domain, spacing: Spacing, widest_turn: float, hidden: Floats 
     piece, s, step = piece[curved], s[curved], step[curved]
     before, after = boundary.tangents(piece, s), boundary.tangents(piece, s + step)
     size = widest_turn * step / np.maximum(np.abs(turning(before, after)), 1e-12)
-    coarse = spacing(boundary.points(piece, s)) > size
-    return TightChords(piece, s, step, size).select(coarse)
+    d = spacing(boundary.points(piece, s))
+    if whole:
+        size *= _of_whole_edges(piece, step, size, d)
+    return TightChords(piece, s, step, size).select(d > size)
+
+
+def _of_whole_edges(piece: Integers, step: Floats, size: Floats, d: Floats) -> Floats:
+    """Factors (k,) of the sizes that chords need, with which pieces get as many edges as that, rounded up.
+
+    They get the nearest whole number, at least one, by the size or the spacing ``d`` (k,), whichever is finer.
+    """
+    needed, found = np.bincount(piece, step / size), np.bincount(piece, step / np.minimum(size, d))
+    least = np.maximum(np.ceil(needed - SAME_TURN), 1.0)
+    few = (least > 1) & (SURELY * found < least - 0.5)
+    return np.asarray(np.where(few, needed / least, 1.0)[piece])
 
 
 def _along(domain: Domain, tight: TightChords) -> Sources:

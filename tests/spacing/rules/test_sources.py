@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 from bubblemesh.errors import LimitError
 from bubblemesh.geometry.arrangement.regions import InnerParts, InnerPoint
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.rings import circle, ellipse, polygon, rectangle
+from bubblemesh.geometry.rings import ArcTo, LineTo, circle, ellipse, path, polygon, rectangle
 from bubblemesh.meshes.tensors import Axes
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.sources import SHORT, WIDEST_TURN, Sources, coarse_curves, curvature_sources, short_pieces
@@ -76,6 +76,21 @@ def test_ellipse_is_coarse_at_the_ends_of_its_long_axis():
     sources = coarse_curves(Domain.of(ellipse((0, 0), (2, 0.5))), uniform(0.2))
     assert (np.abs(sources.points[:, 0]) > 1.9).all()
     assert sources.sizes.min() == pytest.approx(WIDEST_TURN * 0.5**2 / 2, rel=1e-2)
+
+
+@pytest.mark.parametrize(("turn", "edges"), [(50, None), (60, 1), (72, 2), (90, 2), (140, 3), (150, 3), (180, 3)])
+def test_an_arc_gets_its_share_of_six_edges_rounded_up(turn, edges):
+    """A slice of a disc, whose arc by the nearest number of its share gets one edge for 72 degrees, and two for 140."""
+    end = (np.cos(np.radians(turn)), np.sin(np.radians(turn)))
+    slice_ = path([0, 0], [LineTo((1, 0)), ArcTo(end, center=(0, 0), left=True), LineTo((0, 0))])
+    sizes = coarse_curves(Domain.of(slice_), uniform(9)).sizes
+    assert_allclose(sizes, WIDEST_TURN if edges is None else np.radians(turn) / edges, rtol=1e-3)
+
+
+def test_an_arc_that_gets_enough_edges_by_the_nearest_number_is_left_as_it_is():
+    quarter = path([0, 0], [LineTo((1, 0)), ArcTo((0, 1), center=(0, 0), left=True), LineTo((0, 0))])
+    assert len(coarse_curves(Domain.of(quarter), uniform(0.9))) == 0
+    assert_allclose(coarse_curves(Domain.of(quarter), uniform(1)).sizes, np.pi / 4, rtol=1e-3)
 
 
 def test_straight_sides_are_never_coarse():
