@@ -78,9 +78,10 @@ class Bounds:
         return self.mapped(function(self.low), function(self.high), slope)
 
     def __array_ufunc__(self, function: np.ufunc, method: str, *inputs: Any, **options: Any) -> "Bounds":
-        if method != "__call__" or options or function not in RULES:
+        rule = RULES.get(function, RULES.get(function.__name__))
+        if method != "__call__" or options or rule is None:
             raise NoBoundsError(function.__name__)
-        return RULES[function](*map(Bounds.of, inputs))._known()
+        return rule(*map(Bounds.of, inputs))._known()
 
     def __array_function__(self, function: Callable[..., Any], *_: Any) -> Any:
         raise NoBoundsError(function.__name__)
@@ -182,8 +183,29 @@ def _wave(a: Bounds) -> Bounds:
     return a.mapped(-one, one, 1.0)
 
 
-# Of each function the bounds of its value, by those of its arguments.
-RULES: dict[np.ufunc, Callable[..., Bounds]] = {
+def _error_function(a: Bounds) -> Bounds:
+    from scipy.special import erf  # which has been loaded by the function itself
+
+    return a.increasing(erf, _bell(a))
+
+
+def _rest_of_error_function(a: Bounds) -> Bounds:
+    from scipy.special import erfc
+
+    return a.mapped(erfc(a.high), erfc(a.low), _bell(a))
+
+
+def _bell(a: Bounds) -> Floats:
+    """The largest slope of the error function."""
+    return np.asarray(2 / np.sqrt(np.pi) * np.exp(-(_absolute(a).low ** 2)))
+
+
+def _area_tangent(a: Bounds) -> Bounds:
+    return a.increasing(np.arctanh, np.where(a.size < 1, 1 / (1 - a.size**2), np.inf))
+
+
+# Of each function the bounds of its value, by those of its arguments; SciPy's, which may not be loaded, by their names.
+RULES: dict[np.ufunc | str, Callable[..., Bounds]] = {
     np.add: _sum,
     np.subtract: lambda a, b: _sum(a, _negative(b)),
     np.multiply: _product,
@@ -201,5 +223,11 @@ RULES: dict[np.ufunc, Callable[..., Bounds]] = {
     np.sin: _wave,
     np.cos: _wave,
     np.tanh: lambda a: a.increasing(np.tanh, np.cosh(_absolute(a).low) ** -2.0),
+    np.cbrt: lambda a: a.increasing(np.cbrt, np.cbrt(_absolute(a).low) ** -2.0 / 3),
+    np.arcsinh: lambda a: a.increasing(np.arcsinh, 1 / np.hypot(1, _absolute(a).low)),
+    np.arccosh: lambda a: a.increasing(np.arccosh, 1 / np.sqrt(a.low**2 - 1)),
+    np.arctanh: _area_tangent,
+    "erf": _error_function,
+    "erfc": _rest_of_error_function,
     np.arctan: lambda a: a.increasing(np.arctan, 1 / (1 + _absolute(a).low ** 2)),
 }

@@ -1,4 +1,4 @@
-"""Functions and operators of expressions: one table each, of NumPy ufuncs."""
+"""Functions and operators of expressions: one table each, of ufuncs of NumPy and SciPy."""
 
 import ast
 from collections.abc import Callable, Sequence
@@ -39,6 +39,17 @@ def folded(call: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *values: reduce(call, values)
 
 
+def _of_scipy(name: str) -> Function:
+    """The function of one argument with a name in SciPy, which is loaded when it is called."""
+
+    def call(value: Any) -> Any:
+        from scipy import special  # takes longer to load than most cases take to mesh
+
+        return getattr(special, name)(value)
+
+    return _taking(call)
+
+
 def _as_number(call: Callable[..., Any]) -> Callable[..., Any]:
     """Give the answers of ``call`` as 1.0 and 0.0, since booleans do not subtract."""
     return lambda *values: np.multiply(call(*values), 1.0)
@@ -65,9 +76,13 @@ FUNCTIONS = {
     **dict.fromkeys(["asin", "arcsin"], _taking(np.arcsin)),
     **dict.fromkeys(["acos", "arccos"], _taking(np.arccos)),
     **dict.fromkeys(["atan", "arctan"], _taking(np.arctan)),
+    **dict.fromkeys(["asinh", "arcsinh"], _taking(np.arcsinh)),
+    **dict.fromkeys(["acosh", "arccosh"], _taking(np.arccosh)),
+    **dict.fromkeys(["atanh", "arctanh"], _taking(np.arctanh)),
     **dict.fromkeys(["atan2", "arctan2"], _taking(np.arctan2, 2)),
     "abs": _taking(np.abs),
     "sqrt": _taking(np.sqrt),
+    "cbrt": _taking(np.cbrt),
     "exp": _taking(np.exp),
     "log": _taking(np.log),
     "log10": _taking(np.log10),
@@ -78,6 +93,8 @@ FUNCTIONS = {
     "sinh": _taking(np.sinh),
     "cosh": _taking(np.cosh),
     "tanh": _taking(np.tanh),
+    "erf": _of_scipy("erf"),
+    "erfc": _of_scipy("erfc"),
     "hypot": _taking(np.hypot, 2),
     "floor": _taking(np.floor),
     "ceil": _taking(np.ceil),

@@ -28,6 +28,12 @@ EXPRESSIONS = {
     np.sin: "sin(3*x + y)",
     np.cos: "cos(3*x*y)",
     np.tanh: "tanh((x - y)/0.1)",
+    np.cbrt: "cbrt(x - y)",
+    np.arcsinh: "asinh((x + y)/0.1)",
+    np.arccosh: "acosh(2.5 + x*y) + acosh(x)",
+    np.arctanh: "atanh(x/4 - y/8) + atanh(x)",
+    "erf": "erf((x - y)/0.1)",
+    "erfc": "erfc(x - y/0.3)",
     np.arctan: "atan(4*x) + y",
 }
 BLUNT = [EXPRESSIONS[function] for function in (np.power, np.sin, np.cos)]  # whose slopes cancel, or are at most those
@@ -74,9 +80,12 @@ def test_no_sample_is_beyond_bounds(text):
         assert (slopes[small] < 2 * risen.max(axis=1)[small] + 0.5).all()
 
 
-@pytest.mark.parametrize("text", ["sqrt(x)", "x**0.5", "log(x)", "1/x", "sqrt(x)*0", "1/x - 1/x"])
 @pytest.mark.parametrize(
-    "around", ["{}", "min({}, 0.5)", "max({}, 5*y)", "clip({}, 0.1, 0.2)", "abs({})", "tanh({})", "atan({})"]
+    "text",
+    ["sqrt(x)", "x**0.5", "log(x)", "acosh(x + 0.6)", "atanh(x/2 - 0.8)", "1/x", "sqrt(x)*0", "1/x - 1/x"],
+)
+@pytest.mark.parametrize(
+    "around", ["{}", "min({}, 0.5)", "max({}, 5*y)", "clip({}, 0.1, 0.2)", "abs({})", "tanh({})", "atan({})", "erf({})"]
 )
 def test_unknown_arguments_leave_slopes_unknown(text, around):
     low = np.array([[-1.0, 0.3], [0.5, 0.3]])  # x of either sign, and none near to zero

@@ -1,5 +1,10 @@
+import math
 import pickle
+import re
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +14,7 @@ from hypothesis import strategies as st
 from bubblemesh.errors import CaseError
 from bubblemesh.spacing import expression as module
 from bubblemesh.spacing.expression import Expression, checked_parameters, constant, together
+from bubblemesh.spacing.functions import FUNCTIONS
 
 X = np.array([-1.5, -0.25, 0.0, 0.5, 2.0])
 Y = np.array([0.75, -2.0, 1.0, 0.5, -0.125])
@@ -49,6 +55,11 @@ VALUES = [
     ("atan(x) + arctan(y)", np.arctan(X) + np.arctan(Y)),
     ("atan2(y, x) + arctan2(x, y)", np.arctan2(Y, X) + np.arctan2(X, Y)),
     ("sinh(x) + cosh(x) + tanh(x)", np.sinh(X) + np.cosh(X) + np.tanh(X)),
+    ("asinh(x) - arcsinh(y)", np.arcsinh(X) - np.arcsinh(Y)),
+    ("acosh(3 + x) - arccosh(3 + y)", np.arccosh(3 + X) - np.arccosh(3 + Y)),
+    ("atanh(x/3) - arctanh(y/3)", np.arctanh(X / 3) - np.arctanh(Y / 3)),
+    ("cbrt(x)", np.cbrt(X)),
+    ("erf(x) + 2*erfc(y)", np.array([math.erf(x) + 2 * math.erfc(y) for x, y in zip(X, Y, strict=True)])),
     ("hypot(x, y)", np.hypot(X, Y)),
     ("floor(x) + ceil(y)", np.floor(X) + np.ceil(Y)),
     ("round(x)", np.round(X)),
@@ -388,3 +399,24 @@ def test_what_is_evaluated_together_is_the_same_as_alone():
     for found, one in zip(together(expressions)(x, y), expressions, strict=True):
         np.testing.assert_array_equal(found, one(x, y))
         assert found is not x
+
+
+def test_docs_list_every_function():
+    text = Path(__file__).parents[2].joinpath("docs", "case.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"`(\w+)`", text.split("and these functions: ")[1].split(". They are checked")[0]))
+    calls = [FUNCTIONS[name].call for name in listed]
+    assert {name for name, function in FUNCTIONS.items() if function.call not in calls} == set()
+
+
+def test_functions_of_scipy_are_loaded_by_cases_that_use_them():
+    code = (
+        "import sys\n"
+        "import numpy as np\n"
+        "from bubblemesh.spacing.expression import Expression\n"
+        "loaded = []\n"
+        "for text in 'tanh(x)', 'erf(x)':\n"
+        "    Expression.parse(text)(np.ones(1), np.ones(1))\n"
+        "    loaded.append('scipy' in sys.modules)\n"
+        "assert loaded == [False, True], loaded\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

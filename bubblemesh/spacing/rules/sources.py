@@ -136,7 +136,8 @@ def short_pieces(domain: Domain, spacing: Spacing, hidden: Floats | None = None)
 def coarse_curves(domain: Domain, spacing: Spacing, hidden: Floats | None = None) -> Sources:
     """Sources on curves that turn by more than `WIDEST_TURN` over the length of one spacing, or over an edge there.
 
-    Edges are a whole number: a quarter of a circle gets two, not one and a half to the nearest. Curves that are ``hidden``, as in `short_pieces`, get none.
+    Edges are a whole number: a quarter of a circle gets two, not one and a half to the nearest. Curves that are
+    ``hidden``, as in `short_pieces`, get none.
     """
     return _along(domain, _tight(domain, spacing, WIDEST_TURN, hidden, whole=True))
 
