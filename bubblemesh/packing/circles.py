@@ -12,6 +12,7 @@ from bubblemesh.packing.mending import Mending, NoMending
 from bubblemesh.packing.method import Method
 from bubblemesh.packing.motion import Motion
 from bubblemesh.packing.net import Net, connect, connect_inside
+from bubblemesh.packing.pinch_outs import with_opposite_nodes
 from bubblemesh.packing.population import Change, Population
 from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import CircleRelaxation, Dynamics, Relaxed, Relaxer
@@ -105,6 +106,7 @@ class CirclePacking:
             self.net = method.smoothing(self.net, domain, self.spacing)
             progress.add(SMOOTHING * len(self.net.bubbles))
         self.net = method.mending(self.net, domain, self.spacing, method.smoothing, random)
+        self.net = with_opposite_nodes(self.net, domain, self.spacing, method.smoothing)
         return inserted, relaxed
 
     def _relaxed_again(self, relaxer: Relaxer, steps: int) -> Relaxed:

@@ -43,12 +43,12 @@ def sharp_angles(domain: Domain) -> list[str]:
     at = [place(boundary.corners[ends.corner[k]]) for k in sharp[:MOST_ANGLES]]
     size = [f"{abs(round(angle[k], 3)):.2g} degrees" for k in sharp[:MOST_ANGLES]]
     if len(sharp) == 1:
-        return [f"the angle at {at[0]} is {size[0]}: triangles there are as sharp, and no mesh can do better"]
+        return [f"the angle at {at[0]} is {size[0]}: triangles there are as sharp in any mesh"]
     which = "they are" if len(sharp) <= MOST_ANGLES else "the sharpest are"
     angles = ", ".join(f"{degrees} at {spot}" for degrees, spot in zip(size, at, strict=True))
     return [
         f"{len(sharp)} angles of the domain are below {SHARPEST:g} degrees, {which} {angles}: triangles there are as "
-        "sharp, and no mesh can do better"
+        "sharp in any mesh"
     ]
 
 

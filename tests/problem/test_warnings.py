@@ -76,7 +76,7 @@ def test_sharp_corner_is_named_with_its_angle(degrees, turn):
     a = np.radians([0, degrees]) + turn
     needle = polygon([(2, 3), *(np.array([2, 3]) + np.column_stack([np.cos(a), np.sin(a)]))])
     assert sharp_angles(Domain.of(needle)) == [
-        f"the angle at (2, 3) is {degrees:.2g} degrees: triangles there are as sharp, and no mesh can do better"
+        f"the angle at (2, 3) is {degrees:.2g} degrees: triangles there are as sharp in any mesh"
     ]
 
 

@@ -1,0 +1,146 @@
+"""Pinch-outs: corners so sharp that nodes on both of their sides have to be opposite to each other.
+
+Where the sides are nearer to each other than bubbles are large, these push each other into the gaps of the other side,
+and triangles between them are as flat as the sides are near. Between nodes at the same distances from the corner no
+angle is much above 90 degrees.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bubblemesh.arrays import Booleans, Floats, Integers, complement
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.domain import Domain
+from bubblemesh.meshes.quality import angles
+from bubblemesh.packing.bubbles import Bubbles
+from bubblemesh.packing.net import Net, connect_inside
+from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
+from bubblemesh.spacing.spacing import Spacing
+
+SHARPEST = 5.0  # degrees, below which corners are pinch-outs
+NARROW = 0.5  # spacings between two sides, below which nodes in each other's gaps have angles above 90 degrees
+BESIDE = 0.5  # spacings: distance that other nodes have from the last of those that are opposite to each other
+AROUND = 4  # rings of nodes around these that are smoothed
+PASSES = 3
+POWER = 16
+
+
+class Side(NamedTuple):
+    """A side of a pinch-out, with its sliding bubbles in order from the corner."""
+
+    piece: int
+    forward: bool  # whether the piece starts at the corner, rather than ends there
+    length: float
+    number: Integers = np.zeros(0, np.int64)  # (k,), of the bubbles
+    away: Floats = np.zeros(0)  # (k,): distances from the corner along the side
+    d: Floats = np.zeros(0)  # (k,): spacings
+    touched: Booleans = np.zeros(0, bool)  # (k,)
+
+    def with_bubbles(self, bubbles: Bubbles) -> "Side":
+        """The side with those of some bubbles that are on it."""
+        mine = np.flatnonzero(bubbles.piece == self.piece)
+        away = self.turned(bubbles.s[mine])
+        order = np.argsort(away)
+        number = bubbles.corners + mine[order]
+        return self._replace(number=number, away=away[order], d=bubbles.d[number], touched=bubbles.touched[number])
+
+    def turned(self, s: Floats) -> Floats:
+        """Distances (m,) from the corner of arc lengths (m,) of the piece, and the other way round."""
+        return s if self.forward else self.length - s
+
+    def places(self, domain: Domain, away: Floats) -> tuple[Floats, Integers, Floats]:
+        """Points (m, 2), pieces (m,) and arc lengths (m,) at distances (m,) from the corner."""
+        piece, s = np.full(len(away), self.piece), self.turned(away)
+        return domain.boundary.points(piece, s), piece, s
+
+    def narrow(self, domain: Domain, other: "Side") -> int:
+        """How many of the bubbles follow each other from the corner on that are near to the other side."""
+        inside = self.away + BESIDE * self.d < other.length
+        away, d = self.away[inside], self.d[inside]
+        width = np.hypot(*(self.places(domain, away)[0] - other.places(domain, away)[0]).T)
+        return int(np.logical_and.accumulate(width < NARROW * d).sum())
+
+
+def with_opposite_nodes(net: Net, domain: Domain, spacing: Spacing, smoothing: NoSmoothing | Smoothing) -> Net:
+    """The net with nodes opposite to each other in pinch-outs, if that makes flat triangles fewer.
+
+    Without smoothing it stays as it is.
+    """
+    found = list(pinch_outs(domain)) if smoothing.shape_steps else []
+    if not found:
+        return net
+    bubbles = replace(net.bubbles, touched=np.zeros(len(net.bubbles), bool))
+    for one, other in found:
+        bubbles = _facing(bubbles, domain, spacing, one, other)
+    if not bubbles.touched.any():
+        return net
+    try:
+        tried = _smoothed(connect_inside(bubbles, domain, spacing), domain, spacing, smoothing)
+    except GeometryError:  # another wall is near
+        return net
+    return tried if _flatness(tried) < _flatness(net) else net
+
+
+def pinch_outs(domain: Domain) -> Iterator[tuple[Side, Side]]:
+    """Both sides of each pinch-out, but for those whose nodes are held or match those of periodic sides."""
+    fans, lengths = domain.corner_fans, domain.boundary.lengths
+    sharp = fans.within(domain.boundary) & (np.degrees(fans.angle_to(fans.following)) < SHARPEST)
+    for row in np.flatnonzero(sharp).tolist():
+        both = [row, int(fans.following[row])]
+        piece = fans.piece[both]
+        if piece[0] != piece[1] and not domain.tied[piece].any():
+            one, other = map(Side, piece.tolist(), fans.forward[both].tolist(), lengths[piece].tolist())
+            yield one, other
+
+
+def _facing(bubbles: Bubbles, domain: Domain, spacing: Spacing, one: Side, other: Side) -> Bubbles:
+    """Bubbles with those on two sides at the same distances from the corner, and touched, as far as it is narrow there.
+
+    Where some on one side are touched already, these stay. If they would have to go, nothing changes.
+    """
+    mine, theirs = one.with_bubbles(bubbles), other.with_bubbles(bubbles)
+    if theirs.touched.any():
+        mine, theirs = theirs, mine
+    count = mine.narrow(domain, theirs)
+    if count == 0:
+        return bubbles
+    narrow = slice(count)
+    beside = theirs.away < mine.away[count - 1] + BESIDE * mine.d[count - 1]
+    if theirs.touched[beside].any():
+        return bubbles
+    known = mine.touched[narrow].any()
+    away = mine.away[narrow] if known else _even(mine.away[narrow], mine.d[narrow])
+    gone = theirs.number[beside] if known else np.append(theirs.number[beside], mine.number[narrow])
+    touched = bubbles.touched.copy()
+    touched[mine.number[narrow]] = True
+    bubbles = replace(bubbles, touched=touched).select(complement(len(bubbles), gone))
+    for side in [theirs] if known else [mine, theirs]:
+        x, piece, s = side.places(domain, away)
+        bubbles = bubbles.append(x, spacing(x), piece, s)
+    return bubbles
+
+
+def _even(away: Floats, d: Floats) -> Floats:
+    """Distances (m,) of which the last one is that of some (k,), and which are as far apart as their spacings (k,)."""
+    away = np.append(0.0, away)
+    passed = np.append(0.0, np.cumsum(np.diff(away) / d))
+    count = max(round(passed[-1]), 1)
+    return np.interp(passed[-1] * np.arange(1, count + 1) / count, passed, away)
+
+
+def _smoothed(net: Net, domain: Domain, spacing: Spacing, smoothing: NoSmoothing | Smoothing) -> Net:
+    """The net with bubbles around those that are touched, which stay, moved to better shapes."""
+    for _ in range(PASSES):
+        stay = net.bubbles.touched
+        free = net.within(np.flatnonzero(stay), AROUND) & ~stay
+        free[: net.bubbles.corners] = False
+        net = connect_inside(smoothing.moved(net, domain, free), domain, spacing, net)
+    return net
+
+
+def _flatness(net: Net) -> float:
+    """How many triangles are flat, and how flat: the largest angles count by far the most."""
+    return float(((angles(net.bubbles.x, net.triangles).max(axis=1) / 90) ** POWER).sum())
