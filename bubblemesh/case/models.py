@@ -157,6 +157,9 @@ class Requirements(Strict):
     angle_min: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=60)] | None = Field(
         default=None, description="Least angle of any triangle, in degrees."
     )
+    angle_max: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=60, le=180)] | None = Field(
+        default=None, description="Largest angle of any triangle, in degrees."
+    )
     valence_max: Count | None = Field(default=None, description="Largest number of edges at any node.")
     dead_ends_max: NotNegative | None = Field(
         default=None, description="Largest number of triangles with two sides on closed boundaries."

@@ -47,7 +47,9 @@ def quality(
         return
     measures, notes = inspected_triangles(mesh)
     console.warn(notes)
-    show(mesh_figures(measures, spacing_between), notes, as_json)
+    figures = mesh_figures(measures, spacing_between)
+    figures["quality"]["obtuse_fraction"] = measures.obtuse_fraction
+    show(figures, notes, as_json)
 
 
 def given_spacing(text: str) -> "SpacingBetween":

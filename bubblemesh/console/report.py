@@ -129,6 +129,8 @@ def show_quality(figures: Mapping[str, Any], to: Terminal) -> None:
         "angles": f"{quality['angle_min']:.1f} to {quality['angle_max']:.1f} degrees",
         "worst q": ", ".join(f"{worst['quality']:.3f} at {place(worst['at'], size)}" for worst in quality["worst"][:3]),
     }
+    if "obtuse_fraction" in quality:  # which only the command `quality` asks for
+        rows["angles"] += f", {quality['obtuse_fraction']:.1%} of the triangles are obtuse"
     if quality["irregular_fraction"] is not None:
         rows["irregular"] = f"{quality['irregular_fraction']:.1%} of the inner nodes do not have six neighbours"
     if "spacing" in figures:

@@ -1,6 +1,6 @@
 """Measures of a triangle mesh: shape of the triangles, valence of the nodes, spacing of the edges."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict
 from functools import cached_property
 from typing import Any
@@ -17,6 +17,7 @@ SHOWN_BINS = 10  # of the histogram of a report
 TARGET_SPACING = "target_spacing"  # name of the target spacing of triangles in mesh files
 LAYER = "layer"  # name of the field with the number of the boundary layer of each triangle, 0 outside of layers
 WORST = 5  # triangles that a report names
+RIGHT = 90 + 1e-9  # degrees, above which an angle is obtuse, and not a right one but for rounding
 AT_A_TIME = 1 << 16  # triangles in a block, as arrays for all of them would take much memory
 
 SpacingBetween = Callable[[Floats, Integers], Floats]  # of points (n, 2): the spacing (m,) at centroids of rows (m, k)
@@ -98,11 +99,19 @@ class Measures:
     @cached_property
     def angle_range(self) -> tuple[float, float]:
         """Least and largest angle of all triangles, at least one; 0 and 180 if one has a side of length zero."""
-        parts = (slice(k, k + AT_A_TIME) for k in range(0, len(self.triangles), AT_A_TIME))
-        found = (_angles(*(side[part] for side in self.sides)) for part in parts)
-        least, largest = zip(*((some.min(), some.max()) for some in found), strict=True)
+        least, largest = zip(*((some.min(), some.max()) for some in self._angles_in_blocks()), strict=True)
         low, high = float(np.min(least)), float(np.max(largest))
         return (0.0, 180.0) if np.isnan(low) else (low, high)
+
+    @property
+    def obtuse_fraction(self) -> float:
+        """Share of the triangles, at least one, with an angle above 90 degrees."""
+        return sum(int((some > RIGHT).any(axis=1).sum()) for some in self._angles_in_blocks()) / len(self.triangles)
+
+    def _angles_in_blocks(self) -> Iterator[Floats]:
+        """Angles (b, 3) in degrees of blocks of triangles, in order."""
+        parts = (slice(k, k + AT_A_TIME) for k in range(0, len(self.triangles), AT_A_TIME))
+        return (_angles(*(side[part] for side in self.sides)) for part in parts)
 
 
 def radius_ratios(points: Floats, triangles: Integers) -> Floats:

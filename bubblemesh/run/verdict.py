@@ -24,7 +24,8 @@ def verdict(packing: PackedProblem, figures: Mapping[str, Any], mesh: Mesh | Sli
     required = packing.problem.task.requirements
     of_sea = sea_figures(mesh) if isinstance(mesh, Mesh) and SEA_REQUIREMENTS & required.keys() else {}
     least = {"quality_min": quality["min"], "quality_mean": quality["mean"], "angle_min": quality["angle_min"]}
-    largest = {"valence_max": quality["valence_max"]} | {f"{name}_max": count for name, count in of_sea.items()}
+    largest = {"angle_max": quality["angle_max"], "valence_max": quality["valence_max"]}
+    largest |= {f"{name}_max": count for name, count in of_sea.items()}
     low = {key: value for key, value in least.items() if value < required.get(key, value)}
     high = {key: value for key, value in largest.items() if value > required.get(key, value)}
     missed = ["{} is {}, below {}".format(key, *_apart(value, required[key])) for key, value in low.items()]

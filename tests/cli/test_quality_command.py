@@ -17,7 +17,7 @@ from bubblemesh.console.report import show_comparison
 from bubblemesh.meshes import comparison
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.histograms import histogram, lowest_shown, quality_histogram
-from bubblemesh.meshes.quality import angles, edge_means, inverted, radius_ratios
+from bubblemesh.meshes.quality import Measures, angles, edge_means, inverted, radius_ratios
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_file
 
@@ -285,3 +285,15 @@ def test_a_metric_that_is_not_there_is_told(tmp_path):
     code, _, error = run(tmp_path / "plain.vtu", tmp_path / "plain.vtu", "--metric")
     assert code == 2
     assert "it goes with one mesh" in " ".join(error.split())
+
+
+def test_the_share_of_obtuse_triangles_is_told(files):
+    _, b, _, second, _ = files
+    share = (angles(second.points, second.triangles).max(axis=1) > 90).mean()
+    assert json.loads(run(b, "--json")[1])["quality"]["obtuse_fraction"] == share > 0
+    assert f", {share:.1%} of the triangles are obtuse" in run(b)[1]
+
+
+def test_right_angles_are_not_obtuse():
+    square = Measures(np.array([[0.1, 0.3], [0.4, 0.3], [0.4, 0.6], [0.1, 0.6]]), np.array([[0, 1, 2], [0, 2, 3]]))
+    assert square.obtuse_fraction == 0

@@ -320,3 +320,12 @@ def test_a_missed_requirement_is_told_in_numbers_that_differ():
     assert 4 < len(low) < 14
     assert float(low) < float(high)
     assert re.search(r"valence_max is \d, above 4$", told)
+
+
+def test_the_largest_angle_may_be_required():
+    text = "{name: a, domain: {outer: {rectangle: [0, 0, 1, 1]}}, spacing: 0.3, packing: {effort: fast}"
+    largest = mesh_case(load_case("a.yaml", text=text + "}")).report["quality"]["angle_max"]
+    for required, met in ((largest, True), (largest - 0.1, False)):
+        verdict = mesh_case(load_case("a.yaml", text=f"{text}, require: {{angle_max: {required!r}}}}}")).verdict
+        assert (verdict is None) == met
+    assert re.search(r"angle_max is \S+, above \S+$", str(verdict))
