@@ -26,6 +26,7 @@ from bubblemesh.spacing.terms.function import CheckedFunction
 from bubblemesh.spacing.terms.raster import Raster
 
 SMALLEST_SHARE = 0.01  # of a domain beyond a raster that is told
+FAR_LARGER = 30  # times the size of the domain: a field may be in another unit
 RasterNames = Mapping[str, Raster]  # rasters by the names that expressions have for them
 
 
@@ -133,11 +134,24 @@ def coverage_notes(key: Key, data: DataFunction, domain: Domain) -> Iterator[str
             f"{key}: the data is in {extent(data.bounds)}, the domain in {extent(bounds)}: they do not meet, so that "
             "only values at the rim of the data count"
         )
+    elif isinstance(data, MeshField) and _is_beside_one_cell(data, bounds):
+        yield (
+            f"{key}: the data is in {extent(data.bounds)}, without a node in the domain, which is in {extent(bounds)}: "
+            "are its units those of the domain?"
+        )
     elif isinstance(data, Raster) and (beyond := _share_beyond(data.bounds, domain)) >= SMALLEST_SHARE:
         yield (
             f"{key}: {beyond:.0%} of the domain is beyond the data, which is in {extent(data.bounds)}: nearest values "
             "count there"
         )
+
+
+def _is_beside_one_cell(data: MeshField, box: Box) -> bool:
+    """Whether a field is far larger than a box (x0, y0, x1, y1), and has no node in it."""
+    low, high = np.array(data.bounds).reshape(2, 2)
+    (x0, y0, x1, y1), (x, y) = box, data.points[data.triangles.ravel()].T
+    within = (x0 <= x) & (x <= x1) & (y0 <= y) & (y <= y1)
+    return bool((high - low).max() > FAR_LARGER * max(x1 - x0, y1 - y0) and not within.any())
 
 
 def _share_beyond(box: Box, domain: Domain) -> float:

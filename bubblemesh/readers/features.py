@@ -123,6 +123,14 @@ class FeatureCollection:
     physical: PhysicalLength | None = None  # size of the file's unit on paper, if numbers of the format have no unit
     system: str | None = None  # of the coordinates, as the file names it or as well-known text
     degrees: bool | None = False  # whether coordinates are degrees; None if that has to be guessed from them
+    absent: str | None = None  # the file beside it that would hold the properties, if there is none
+
+    def require_properties(self) -> None:
+        """Check that properties were read; CaseError if the file that would hold them is absent."""
+        if self.absent is not None:
+            raise CaseError(
+                f"there is no {self.absent} beside it, which holds the properties of its features: copy it along"
+            )
 
 
 def vertices_of(features: Iterable[Feature]) -> Floats:

@@ -22,7 +22,7 @@ from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.outlines import bounding, joining_of
 from bubblemesh.readers.projection import projected_features
-from bubblemesh.readers.regions import largest_by_name, named_areas, named_points
+from bubblemesh.readers.regions import OF_ANY_FEATURE, largest_by_name, named_areas, named_points
 from bubblemesh.readers.selection import METRES, Selection
 
 
@@ -151,6 +151,8 @@ def read_regions(path: Path, selection: Selection, key: str, limits: bool = True
     """
     with prefixed(path):
         content = read_content(path, selection, "points")  # a ring in a list of points would have no name
+        if key not in OF_ANY_FEATURE:
+            content.require_properties()
         features = projected_features(path, content, selection)
         size, size_notes = _measured(content, features, selection)
         points = named_points(features, key)

@@ -8,6 +8,7 @@ import re
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from dataclasses import replace
 from io import BytesIO
 from itertools import repeat
 from pathlib import Path
@@ -61,7 +62,8 @@ def read_shapefile(path: Path, selection: Selection, layer: str | None) -> Featu
         for ending, part in parts.items():
             file.writestr(f"data{ending}", part)
     one_of([path.stem], layer, "layer", "layer")
-    return _features(archive.getvalue(), "data", path.stem, "shapefile", "ESRI Shapefile", system, selection)
+    found = _features(archive.getvalue(), "data", path.stem, "shapefile", "ESRI Shapefile", system, selection)
+    return found if ".dbf" in parts else replace(found, absent=".dbf")
 
 
 def _require_whole(shapes: bytes, index: bytes) -> None:

@@ -50,9 +50,8 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
         found += [OpenPath.around(ring, "") for ring in loops]
         left_out = counted(sum(len(one.points) for one in used), "point")
         if not found:
-            raise CaseError(
-                f"there is no line in it (but {left_out}): give lines or rings, or another layer or feature"
-            )
+            others = "" if left_out.startswith("no ") else f" (but {left_out})"
+            raise CaseError(f"there is no line in it{others}: give lines or rings, or another layer or feature")
     slips = reduce(add, (one.slips for one in used), slips + copies)
     notes = [
         *content.notes,
@@ -104,6 +103,7 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
             areas = counted(sum(len(one.areas) + len(one.rings) for one in features), "area")
             raise CaseError(f"there is no point in it{more} (but {lines}, {areas}): give points, or another layer")
         if name is not None:
+            content.require_properties()
             _require_property(used, name)
         notes = [*content.notes, *clips]
         found: dict[Point, str | None] = {}

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -114,7 +114,8 @@ def _blocks(path: Path) -> _Blocks:
     named = named_rows(text, fewest=3)
     if named is not None:
         lines = [TableLine(row.number, "", list(row.place) if row.place else []) for row in named[0]]
-        notes[f"columns {named[1]} are taken as x and y, others are not used"] = None
+        blocked = _blocked([row.cells for row in named[0]], named[1])
+        notes[f"columns {named[1]} are taken as x and y, others are not used{blocked}"] = None
         found = list(_parted(iter([*lines, TableLine(0, "", [])]), notes))
     else:
         title = title_line(text)
@@ -128,6 +129,19 @@ def _blocks(path: Path) -> _Blocks:
     if any(len(row) > 2 for block in blocks for row in block.rows):
         notes["columns after the second are not used" + _index(blocks)] = None
     return _Blocks(blocks, (*notes, *more))
+
+
+def _blocked(rows: list[dict[str, str]], used: str) -> str:
+    """Advice if blocks of rows have a value each in the first column, none of those ``used``, as an id; else empty."""
+    first = next(iter(next(filter(None, rows), {})), "")
+    if not first or repr(first) in used:
+        return ""
+    values = [row.get(first, "") for row in rows]
+    runs = [len(list(run)) for _, run in groupby(values)]
+    several = len(runs) > 1 and min(runs) > 1 and len(runs) == len(set(values))
+    if not several:
+        return ""
+    return f", not even {first!r} with its {len(runs)} values: put blank lines between what is apart"
 
 
 def _index(blocks: list[NumberRows]) -> str:

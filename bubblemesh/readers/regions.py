@@ -22,6 +22,7 @@ from bubblemesh.readers.outlines import Bounding, bounding, joining_of
 from bubblemesh.readers.selection import Selection
 
 LAYER = "layer"  # as a property, the layer of a feature
+OF_ANY_FEATURE = LAYER, "fid"  # what features have beside the properties that a file holds
 
 
 def named_areas(

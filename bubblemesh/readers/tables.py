@@ -186,7 +186,7 @@ def named_rows(content: str, fewest: int = 2) -> tuple[list[Named], str] | None:
     ------
     CaseError
         With the line, if a row is invalid, or if there are three names or more of which none is known as x or y, in a
-        table with as many numbers in a row: the first may be the number of the row.
+        table with as many cells in a row, two of them numbers: the first may be the number of the row.
     """
     lines = content.splitlines()
     first = next((k for k, text in enumerate(lines) if COMMENT.sub("", text).strip()), 0)
@@ -218,11 +218,11 @@ def _plain_name(name: str) -> str:
 
 
 def _are_columns(names: Sequence[str], lines: Sequence[str], delimiter: str) -> bool:
-    """Whether the names are not numbers, and the first line that is not blank has as many numbers."""
+    """Whether the names are no numbers, and the first line that is not blank has as many cells, two of them numbers."""
     row = next((text for text in lines if COMMENT.sub("", text).strip()), "")
     cells = [cell.replace(",", ".") for cell in _cells(row, delimiter)]
-    numbers = len(cells) == len(names) and numbers_in(cells) is not None
-    return numbers and not any(NUMBER.fullmatch(name) for name in names)
+    numbers = sum(NUMBER.fullmatch(cell) is not None for cell in cells)
+    return len(cells) == len(names) and numbers >= 2 and not any(NUMBER.fullmatch(name) for name in names)
 
 
 def _cells(text: str, delimiter: str | None) -> list[str]:

@@ -311,3 +311,18 @@ def test_what_the_page_shows_works_from_top_to_bottom(tmp_path):
         assert result.report["warnings"] == []
         assert result.report["quality"]["min"] > 0.3
         assert 0.9 < result.report["spacing"]["mean"] < 1.1
+
+
+@pytest.mark.parametrize(("size", "told"), [(1000, True), (15, False), (1, False)])
+def test_a_field_in_another_unit_is_told(tmp_path, size, told):
+    points = [[-size / 2, -size / 3, 0], [size, 0, 0], [size, size, 0], [-size / 3, size, 0]]
+    meshio.Mesh(points, [("triangle", [[0, 1, 2], [0, 2, 3]])], {"h": [0.1] * 4}).write(tmp_path / "a.vtu")
+    warnings = posed(tmp_path, "{field: {file: a.vtu, name: h}}").warnings
+    assert any(text.endswith(": are its units those of the domain?") for text in warnings) == told
+
+
+def test_a_large_field_with_nodes_in_the_domain_is_not_told(tmp_path):
+    points = [[-500, -500, 0], [500, -500, 0], [0, 500, 0], [0.5, 0.5, 0]]
+    cells = [[0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    meshio.Mesh(points, [("triangle", cells)], {"h": [0.1] * 4}).write(tmp_path / "a.vtu")
+    assert not any("units" in text for text in posed(tmp_path, "{field: {file: a.vtu, name: h}}").warnings)

@@ -10,6 +10,8 @@ import shapely
 from geometry_files import WKT, area, domain, labels_of
 
 from bubblemesh.errors import CaseError
+from bubblemesh.readers import read_regions
+from bubblemesh.readers.selection import Selection
 
 
 class TestGeographicFiles:
@@ -80,6 +82,9 @@ class TestGeographicFiles:
             domain(path, layers=("b",))
         path.with_suffix(".dbf").unlink()
         assert area(path) == pytest.approx(15)
+        with pytest.raises(CaseError, match=r"there is no \.dbf beside it, which holds the properties of its features"):
+            read_regions(path, Selection(), "unit")
+        assert len(read_regions(path, Selection(), "fid")) == 1
         path.with_suffix(".shx").unlink()
         with pytest.raises(CaseError, match=r"not a valid shapefile: there is no \.shx beside it"):
             domain(path)

@@ -7,7 +7,7 @@ import pytest
 from geometry_files import area, domain, read_rings
 
 from bubblemesh.errors import CaseError
-from bubblemesh.readers import read_points
+from bubblemesh.readers import read_lines, read_points
 from bubblemesh.readers.selection import Selection
 
 TURN = np.linspace(0, np.pi, 31)
@@ -131,6 +131,25 @@ class TestColumns:
         (ring,) = read_rings(written("b.csv", "1,0,0\n2,4,0\n3,4,4\n4,0,4\n"), Selection())
         (note,) = ring.notes
         assert note.endswith("and the first, which counts the rows, is x: name columns x and y in the first line")
+
+    @pytest.mark.parametrize(
+        ("text", "told"),
+        [
+            ("id,x,y\n1,1,1\n1,3,1\n1,3,3\n2,7,7\n2,8,7\n2,8,8\n", ", not even 'id' with its 2 values: put blank"),
+            ("id,x,y\n1,1,1\n1,3,1\n1,3,3\n\n2,7,7\n2,8,7\n2,8,8\n", "others are not used"),
+            ("id,x,y\n1,1,1\n2,3,1\n3,3,3\n", "others are not used"),
+            ("x,y,z\n1,1,1\n1,3,1\n2,3,3\n2,4,3\n", "others are not used"),
+        ],
+    )
+    def test_an_id_that_parts_nothing_is_told(self, written, text, told):
+        note = read_lines(written("a.csv", text), Selection())[0].notes[0]
+        assert told in note
+        assert note.endswith("not used") == told.endswith("not used")
+
+    @pytest.mark.parametrize("name", ["ID", None])
+    def test_columns_with_words_of_which_none_is_x_are_refused(self, written, name):
+        with pytest.raises(CaseError, match=r"of the columns 'ID', 'E', 'N' none are known as x and y"):
+            read_points(written("a.csv", "ID,E,N\na,1,1\nb,4,5\n"), Selection(), name)
 
     @pytest.mark.parametrize("read", [read_rings, lambda path, chosen: read_points(path, chosen, None)])
     def test_columns_of_which_none_is_x_are_refused(self, written, read):
