@@ -23,7 +23,9 @@ MOST_SAMPLES = 100_000
 NARROW = 0.7  # spacings: triangles across what is wider are good
 SHARPEST = 5.0  # degrees
 MOST_ANGLES = 5  # that a warning lists one by one
+HARDLY_MEANT = 1e-3  # of the spacing: narrower parts may be gaps by mistake
 MANY_TIMES = 1.5  # the nodes of a spacing: more of them have a warning
+JOIN = "join beside the line or file closes a gap that is not meant"
 SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 FELT = 1.01  # times finer: no mesh shows less
@@ -100,9 +102,10 @@ def narrow_parts(
             f"boundary nodes fit{force}"
         )
     for at, width, d_there in _narrowest(select(gaps, gaps.inner), sized):
+        join = f"; {JOIN}" if width < HARDLY_MEANT * d_there else ""
         warnings.append(
             f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
-            f"({d_there:.3g}): no nodes fit into it{force}"
+            f"({d_there:.3g}): no nodes fit into it{force}{join}"
         )
     return warnings
 
@@ -190,6 +193,7 @@ def detail(found: FinerSpacing) -> list[str]:
         simplify: found.edges.loose >= SEVERAL and found.file_length is not None,
         corners: found.edges.of_boundary >= SEVERAL and found.followable is not None,
         of_lines: found.edges.of_lines >= SEVERAL and found.followable_lines,
+        JOIN: len(found.gaps) > 0 and HARDLY_MEANT * found.spacing.ratio > 1,
         "across: 0 in the spacing leaves narrow parts as they are": len(found.gaps) > 0,
     }
     advice = ", ".join(key for key, helps in keys.items() if helps)

@@ -148,3 +148,18 @@ def test_detail_that_takes_few_nodes_is_no_warning_of_its_own():
     problem = prepare(case_of({"outer": box(0, 0, 1, 0.3)}, 0.4))
     assert problem.packing_spacing is not problem.spacing
     assert not [warning for warning in problem.warnings if "times those of the spacing" in warning]
+
+
+@pytest.mark.parametrize(
+    ("line", "keys", "told"),
+    [
+        ([[4, 1e-4], [6, 9.999]], "", True),  # beside the boundary at both ends
+        ([[4, 9.9999], [6, 9.9999]], "", True),
+        ([[4, 9.9999], [6, 9.9999]], ", join: 0.01", False),
+        ([[4, 9.95], [6, 9.95]], "", False),
+    ],
+)
+def test_a_gap_beside_a_line_that_is_hardly_meant_names_join(line, keys, told):
+    text = f"domain: {{outer: {{rectangle: [0, 0, 10, 10]}}, lines: [{{path: {line}, label: a{keys}}}]}}\nspacing: 1"
+    warnings = prepare(load_case("a.yaml", text=text)).warnings
+    assert any("join beside the line or file closes a gap that is not meant" in text for text in warnings) == told
