@@ -28,7 +28,7 @@ PASSES = 3
 POWER = 16
 
 
-class Side(NamedTuple):
+class Leg(NamedTuple):
     """A side of a pinch-out, with its sliding bubbles in order from the corner."""
 
     piece: int
@@ -39,7 +39,7 @@ class Side(NamedTuple):
     d: Floats = np.zeros(0)  # (k,): spacings
     touched: Booleans = np.zeros(0, bool)  # (k,)
 
-    def with_bubbles(self, bubbles: Bubbles) -> "Side":
+    def with_bubbles(self, bubbles: Bubbles) -> "Leg":
         """The side with those of some bubbles that are on it."""
         mine = np.flatnonzero(bubbles.piece == self.piece)
         away = self.turned(bubbles.s[mine])
@@ -56,7 +56,7 @@ class Side(NamedTuple):
         piece, s = np.full(len(away), self.piece), self.turned(away)
         return domain.boundary.points(piece, s), piece, s
 
-    def narrow(self, domain: Domain, other: "Side") -> int:
+    def narrow(self, domain: Domain, other: "Leg") -> int:
         """How many of the bubbles follow each other from the corner on that are near to the other side."""
         inside = self.away + BESIDE * self.d < other.length
         away, d = self.away[inside], self.d[inside]
@@ -84,7 +84,7 @@ def with_opposite_nodes(net: Net, domain: Domain, spacing: Spacing, smoothing: N
     return tried if _flatness(tried) < _flatness(net) else net
 
 
-def pinch_outs(domain: Domain) -> Iterator[tuple[Side, Side]]:
+def pinch_outs(domain: Domain) -> Iterator[tuple[Leg, Leg]]:
     """Both sides of each pinch-out, but for those whose nodes are held or match those of periodic sides."""
     fans, lengths = domain.corner_fans, domain.boundary.lengths
     sharp = fans.within(domain.boundary) & (np.degrees(fans.angle_to(fans.following)) < SHARPEST)
@@ -92,11 +92,11 @@ def pinch_outs(domain: Domain) -> Iterator[tuple[Side, Side]]:
         both = [row, int(fans.following[row])]
         piece = fans.piece[both]
         if piece[0] != piece[1] and not domain.tied[piece].any():
-            one, other = map(Side, piece.tolist(), fans.forward[both].tolist(), lengths[piece].tolist())
+            one, other = map(Leg, piece.tolist(), fans.forward[both].tolist(), lengths[piece].tolist())
             yield one, other
 
 
-def _facing(bubbles: Bubbles, domain: Domain, spacing: Spacing, one: Side, other: Side) -> Bubbles:
+def _facing(bubbles: Bubbles, domain: Domain, spacing: Spacing, one: Leg, other: Leg) -> Bubbles:
     """Bubbles with those on two sides at the same distances from the corner, and touched, as far as it is narrow there.
 
     Where some on one side are touched already, these stay. If they would have to go, nothing changes.
