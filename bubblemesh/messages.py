@@ -191,10 +191,12 @@ def either(words: Sequence[str]) -> str:
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that ``word`` may mean: one that is alike, else the only one that begins so."""
+    """The known word that ``word`` may mean: one of the same letters, one alike, or the only one that begins so."""
     words = list(known)
+    same = [one for one in words if one.casefold() == word.casefold()]
     longer = [one for one in words if word and one.startswith(word)]
-    return next(iter(get_close_matches(word, words, n=1, cutoff=ALIKE) or longer[: len(longer) == 1]), None)
+    alike = get_close_matches(word, words, n=1, cutoff=ALIKE)
+    return next(iter(same or alike or longer[: len(longer) == 1]), None)
 
 
 def listed(words: Sequence[str], most: int = MOST_NAMES) -> str:

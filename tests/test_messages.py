@@ -2,7 +2,7 @@
 
 import pytest
 
-from bubblemesh.messages import cause, counted, duration, printable
+from bubblemesh.messages import cause, closest, counted, duration, printable
 
 
 @pytest.mark.parametrize(
@@ -54,3 +54,11 @@ def test_what_steers_a_terminal_is_shown_as_an_escape(text, expected):
 )
 def test_an_error_without_a_text_is_told_in_words(error, text):
     assert cause(error) == text
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [("wall a", "Wall A"), ("WALL A", "Wall A"), ("wall c", "Wall B"), ("inle", "inlet"), ("o", "outflow"), ("x", None)],
+)
+def test_a_word_is_taken_for_one_of_the_same_letters_before_others_that_are_alike(word, meant):
+    assert closest(word, ["Wall B", "Wall A", "inlet", "outflow"]) == meant

@@ -70,7 +70,7 @@ class FieldMetric(MetricTerm, DataTerm):
     """Tensors at the nodes of a triangle mesh, as m11, m12, m22 or whole matrices, or rasters m11, m12 and m22."""
 
     file: InputFile = Field(description="Name of the file, relative to the case file; of .mesh the .sol beside it.")
-    name: Text | None = Field(default=None, description="Name of the data at nodes; needed if it has more.")
+    name: Text | None = Field(default=None, description="Name of the data at nodes; needed if several may be one.")
     bounds: ValueBounds | None = Field(
         default=None, description="Rectangle [x0, y0, x1, y1] that the pixels of arrays fill; else those named x and y."
     )

@@ -25,12 +25,14 @@ UNEQUAL = 1e-6  # relative difference of m12 and m21 that is more than rounding 
 def read_metric(path: Path, name: str | None, chosen_by: str) -> NodalField:
     """Read a metric in a mesh file of triangles, with positive tensors (n, 3) as its values.
 
-    It is the data ``name`` at the nodes, the only data there, or m11, m12 and m22 as data of their own. If no data at
-    the nodes has as many numbers as a tensor, nodes get the mean of the tensors of the triangles around. The same
-    errors as `linear_triangles` and `nodal_field`; CaseError if the data is not a metric.
+    It is the data ``name`` at the nodes, the only data there with as many numbers as a tensor, or m11, m12 and m22 as
+    data of their own. If no data at the nodes has as many, nodes get the mean of the tensors of the triangles around.
+    The same errors as `linear_triangles` and `nodal_field`; CaseError if the data is not a metric.
     """
     file = linear_triangles(path)
-    named = name is not None or _names(file.source.point_data)
+    names = _names(file.source.point_data)
+    name = names[0] if name is None and len(names) == 1 else name
+    named = name is not None or names
     of_triangles = None if named else tensors_in(cell_data_of(file))
     if of_triangles is not None:
         tensors = node_tensors(file.triangles, of_triangles, len(file.points))
@@ -101,9 +103,9 @@ def _tensors(points: Floats, values: Floats) -> Floats:
     """Positive tensors (n, 3) from values (n, k) at points (n, 2); CaseError if they are not positive tensors."""
     columns = COLUMNS.get(values.shape[1])
     if columns is None:
-        raise CaseError(
-            f"has {counted(values.shape[1], 'component')}: a metric has three, m11, m12 and m22, or all of a matrix"
-        )
+        found = counted(values.shape[1], "component")
+        size = "; a size in all directions is a spacing, by its key field" if values.shape[1] == 1 else ""
+        raise CaseError(f"has {found}: a metric has three, m11, m12 and m22, or all of a matrix{size}")
     tensors, other = values[:, columns], values[:, SAME_AS_M12[values.shape[1]]]
     bad = np.flatnonzero(np.abs(other - tensors[:, 1]) > UNEQUAL * np.abs(tensors).max(axis=1))
     if len(bad):

@@ -19,6 +19,8 @@ from bubblemesh.problem.metric_files import read_ellipses
 from bubblemesh.spacing.expression import Expression, Rasters
 from bubblemesh.spacing.metric.metric import EllipsesAt
 
+FULL_TURN = 2 * np.pi
+
 
 class MetricRequest(NamedTuple):
     """A metric of a case: its ellipses, and the largest aspect that they may have, with the key of the case."""
@@ -67,6 +69,7 @@ def _request(model: AnyMetric, domain: Domain, key: Key, rasters: Rasters) -> Me
     match model:
         case DirectedMetric():
             ellipses = Directed(number("angle"), number("across"), along)
+            notes = _as_degrees(model.angle, Key([*key, "angle"]))
         case TensorMetric():
             ellipses = Entries(number("m11"), number("m12"), number("m22"))
         case WallMetric():
@@ -81,3 +84,16 @@ def _request(model: AnyMetric, domain: Domain, key: Key, rasters: Rasters) -> Me
     if plane is not None:
         ellipses = OnTheGround(ellipses, plane, turned=not isinstance(model, WallMetric))
     return MetricRequest(ellipses, model.aspect, key, model.gradation or np.inf, notes, numbers)
+
+
+def _as_degrees(angle: Expression | float, key: Key) -> tuple[str, ...]:
+    """Note on an angle that is the same everywhere and beyond a full turn, as one in degrees is."""
+    if isinstance(angle, Expression) and not angle.is_uniform:
+        return ()
+    radians = float(angle(np.zeros(1), np.zeros(1))[0] if isinstance(angle, Expression) else angle)
+    if not np.isfinite(radians) or abs(radians) <= FULL_TURN:
+        return ()
+    return (
+        f"{key}: {radians:g} is in radians, which are {radians / FULL_TURN:.3g} turns: {radians:g} degrees are "
+        f"{np.radians(radians):.6g}, or {radians:g}*pi/180",
+    )

@@ -74,10 +74,7 @@ class Selection:
         known = sorted({str(one.layer) for one in features if one.layer is not None})
         for layer in self.layers:
             if layer not in known:
-                advice = "it has no layers, leave layer out"
-                if known:
-                    other_case = [name for name in known if name.casefold() == layer.casefold()]
-                    advice = f"did you mean {other_case[0]!r}?" if other_case else meant(layer, known)
+                advice = meant(layer, known) if known else "it has no layers, leave layer out"
                 raise CaseError(f"it has no layer {layer!r}: {advice}")
         return [one for one in features if not self.layers or one.layer in self.layers]
 

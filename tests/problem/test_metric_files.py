@@ -74,6 +74,11 @@ def test_entries_may_be_data_of_their_own(tmp_path, mesh):
     require_turned(case_with(tmp_path, "m.vtu"))
 
 
+def test_the_only_data_with_as_many_numbers_as_a_tensor_is_the_metric(tmp_path, mesh):
+    write_vtu(mesh, tmp_path / "m.vtu", u=mesh.points[:, 0], m=tensors(mesh.points), v=mesh.points)
+    require_turned(case_with(tmp_path, "m.vtu"))
+
+
 def test_tensors_of_gmsh_are_read(tmp_path, mesh):
     m11, m12, m22 = tensors(mesh.points).T
     values = np.column_stack([m11, m12, 0 * m11, m12, m22, 0 * m11, 0 * m11, 0 * m11, 1 + 0 * m11])
@@ -108,7 +113,7 @@ def test_an_untrusted_case_reads_no_metric_elsewhere(tmp_path, mesh):
 
 def test_what_is_no_metric_is_told_with_the_key_and_the_file(tmp_path, mesh):
     write_vtu(mesh, tmp_path / "u.vtu", u=mesh.points[:, 0])
-    with pytest.raises(BubblemeshError, match=r"metric: .*u\.vtu: u: ?has 1 component:"):
+    with pytest.raises(BubblemeshError, match=r"metric: .*u\.vtu: u: ?has 1 component: .* spacing, by its key field$"):
         prepare(case_with(tmp_path, "u.vtu"))
     bad = tensors(mesh.points)
     bad[5, 0] = -1
@@ -127,7 +132,7 @@ def test_what_is_no_metric_is_told_with_the_key_and_the_file(tmp_path, mesh):
     (tmp_path / "alone.sol").unlink()
     with pytest.raises(BubblemeshError, match=r"alone\.mesh: has no data at its nodes: it has to be in a \.sol file"):
         prepare(case_with(tmp_path, "alone.mesh"))
-    write_vtu(mesh, tmp_path / "two.vtu", m=tensors(mesh.points), u=mesh.points[:, 0])
+    write_vtu(mesh, tmp_path / "two.vtu", m=tensors(mesh.points), other=tensors(mesh.points))
     with pytest.raises(BubblemeshError, match="choose one by name"):
         prepare(case_with(tmp_path, "two.vtu"))
 

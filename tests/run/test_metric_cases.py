@@ -191,6 +191,19 @@ def test_an_estimate_tells_the_aspect():
     assert "metric" not in estimate(prepare(metric_case(None)))
 
 
+@pytest.mark.parametrize(("angle", "radians"), [(45, "0.785398"), ("-3*30", "-1.5708")])
+def test_a_constant_angle_beyond_a_full_turn_is_told_to_be_in_radians(angle, radians):
+    problem = prepare(metric_case([{"angle": 1, "across": 1}, {"angle": angle, "across": 0.02}]))
+    (told,) = [text for text in problem.warnings if "radians" in text]
+    assert told.startswith("metric.1.angle: ")
+    assert f"degrees are {radians}," in told
+
+
+@pytest.mark.parametrize("angle", [-6.28, "2*pi", "20*x"])
+def test_other_angles_of_a_metric_are_taken_without_a_word(angle):
+    assert not any("radians" in text for text in prepare(metric_case({"angle": angle, "across": 0.05})).warnings)
+
+
 def test_longer_ellipses_than_the_aspect_allows_are_told_and_made_wider():
     problem = prepare(metric_case({"angle": 0.3, "across": "0.00001*(1 + x)", "aspect": 20}))
     assert problem.spacing.aspect == pytest.approx(20)
