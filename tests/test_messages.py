@@ -58,7 +58,14 @@ def test_an_error_without_a_text_is_told_in_words(error, text):
 
 @pytest.mark.parametrize(
     ("word", "meant"),
-    [("wall a", "Wall A"), ("WALL A", "Wall A"), ("wall c", "Wall B"), ("inle", "inlet"), ("o", "outflow"), ("x", None)],
+    [
+        ("wall a", "Wall A"),
+        ("WALL A", "Wall A"),
+        ("wall c", "Wall B"),
+        ("inle", "inlet"),
+        ("o", "outflow"),
+        ("x", None),
+    ],
 )
 def test_a_word_is_taken_for_one_of_the_same_letters_before_others_that_are_alike(word, meant):
     assert closest(word, ["Wall B", "Wall A", "inlet", "outflow"]) == meant
