@@ -12,6 +12,7 @@ FEWEST_LAYERS = 3  # layers, if so many are asked for: where there is no room fo
 LEAST = 0.02  # factor of compressed layers; below it there are none
 WIDEST = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
 PASSES = 1000
+PASSING = 1 / 3  # of the spacing at its own place: from a last layer of this height on sizes pass to the triangles
 AT_ONCE = 8  # layers of all columns for which the spacing is asked at once
 HEIGHT_ROUNDING = 1e-12  # relative: what is just as high as it may be is not lost by it
 
@@ -22,6 +23,7 @@ class Most:
 
     count: Integers  # (c,)
     spaced: Integers  # (c,): the same if only what would be higher than the spacing ended them, not that they part
+    passing: Integers  # (c,): from which on the last one is not far below the spacing; more than are asked for if none
 
 
 @record
@@ -92,9 +94,10 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
     is higher in it than it is wide in it. Columns that part end before they are much farther from each other than the
     spacing. All columns of a fan are as wide as those beside it.
     """
-    most, spaced, at_foot = (
+    most, spaced, passing, at_foot = (
         np.zeros(len(columns), np.int64),
         columns.requested.copy(),
+        columns.requested + 1,
         widest_beside(columns, np.zeros(len(columns)), 0),
     )
     for number, ladder in enumerate(columns.ladders):
@@ -112,12 +115,14 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
                 wide = np.maximum(widest, columns.spacing[going])
             low = height <= np.minimum(wide, d) * (1 + HEIGHT_ROUNDING)
             spaced[going[~low]] = most[going[~low]]
+            near = going[height >= PASSING * d]
+            passing[near] = np.minimum(passing[near], layer + 1)
             fits = low & (widest <= WIDEST * np.maximum(d, at_foot[going]) * (1 + HEIGHT_ROUNDING))
             going = going[fits]
             if not len(going):
                 break
             most[going] += 1
-    return Most(most, spaced)
+    return Most(most, spaced, passing)
 
 
 def _in_layers(

@@ -70,7 +70,9 @@ class LowColumns:
 def low_columns(strips: Strips, which: Integers) -> dict[str, Booleans]:
     """Masks (k,) of the columns (k,) that are much lower than asked for, by the key of their reason.
 
-    Where layers end one by one along the wall, as they have to, columns are not low.
+    Where layers end one by one along the wall, as they have to, columns are not low. Nor are they where layers that go
+    on until they are isotropic end at about the spacing, as around a nose: there they could go on far beyond those
+    beside, as columns part.
     """
     columns = strips.columns
     heights = strips.heights
@@ -79,9 +81,12 @@ def low_columns(strips: Strips, which: Integers) -> dict[str, Booleans]:
     requested = np.where(columns.ends | bare, 0, heights.requested)
     beside_ends = gradual(columns, np.where(columns.ends, 0, heights.requested.max(initial=0)))
     due, by_spacing = (gradual(columns, count) for count in (requested, np.minimum(requested, heights.most.spaced)))
-    low = strips.reached < LOW * columns.tops(every, due)
-    excused = ~(low | bare) & (strips.reached < LOW * columns.tops(every, np.minimum(requested, beside_ends)))
-    as_neighbours = excused | (low & _have_all(strips, due))
+    all_along = _have_all(strips, due)
+    passing = all_along & columns.are_isotropic & (heights.count >= heights.most.passing)
+    low = ~passing & (strips.reached < LOW * columns.tops(every, due))
+    due_beside_few = np.minimum(requested, beside_ends)
+    excused = ~(low | bare | passing) & (strips.reached < LOW * columns.tops(every, due_beside_few))
+    as_neighbours = excused | (low & all_along)
     as_spaced = low & ~as_neighbours & _have_all(strips, by_spacing)
     others = low & ~as_neighbours & ~as_spaced
     found = {"edges": bare, "spacing": as_spaced, "neighbours": as_neighbours, "others": others}
