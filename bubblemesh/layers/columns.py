@@ -10,6 +10,7 @@ from bubblemesh.records import record
 
 LARGEST_RATIO = 1.7  # of the heights of the same layer on neighbours: with a lower one many are low beside a gap
 RISE = 0.15  # of the first height along the wall, at most: so steep that there is room for a few layers of that height
+NEARLY = 0.05  # relative difference of a first height from the requested one
 LEAST_BEND = 1e-3  # by which columns come nearer for each unit of height: less is a straight wall
 
 
@@ -130,6 +131,11 @@ class Columns:
                 break
             first, lower = lower, lower.copy()
         return first / asked
+
+    @property
+    def have_own_first(self) -> Booleans:
+        """Mask (c,) of the columns whose first height is not lower beside those of another ladder."""
+        return self.scale >= 1 - NEARLY
 
     @property
     def requested(self) -> Integers:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, cross, each_once, turned_left
-from bubblemesh.layers.columns import Columns
+from bubblemesh.layers.columns import NEARLY, Columns
 from bubblemesh.layers.heights import gradual, layers_within
 from bubblemesh.layers.joining import JoinedLayers
 from bubblemesh.layers.lacks import LowColumns, lacks, low_columns, lowest
@@ -29,7 +29,6 @@ LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside 
 FLAT_ANGLE = 175.0  # degrees: larger angles of the cells have a warning
 FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
 MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not what makes sizes jump
-NEARLY = 0.05  # relative difference of a first height from the requested one
 ENDED = "something is in their way, or they end one by one at an end of the wall"
 
 
@@ -142,6 +141,8 @@ class LabelLayers:
             )
         times = f"{self.across_front:.3g}"
         jump = f"layers on {self.label!r}: triangles beside them are {times} times as high as the last layer"
+        if any(lack.reason == "first" for lack in self.lacks):
+            return f"{jump}, since first heights rise only gradually beside walls with lower ones"
         if self.complete < MOSTLY:
             return f"{jump}, since columns end before they have all layers: {ENDED}"
         if self.by_thickness:  # more of them would be thinner ones
@@ -185,7 +186,7 @@ def _on(strips: Strips, label: str, number: int, mine: Booleans, across: Floats)
     columns, heights = strips.columns, strips.heights
     which = _own(columns, each_once(columns.pair[mine].ravel()), number)
     count, factor = heights.count[which], heights.factor[which]
-    full = (count >= heights.requested[which]) & (factor == 1)
+    full = (count >= heights.requested[which]) & (factor == 1) & columns.have_own_first[which]
     low = low_columns(strips, which)
     first, length, angle, aspect = _first_layer(strips, ladder.first, np.flatnonzero(mine & columns.with_first_cells))
     beyond = np.flatnonzero(mine & columns.apart & np.isfinite(across))
@@ -268,13 +269,17 @@ def _advised(ladder: Ladder, requested: int, jump: float | None) -> int | None:
 def _fitting(strips: Strips, label: str, number: int, most: int) -> int:
     """Number of layers, at ``most`` so many, that most columns on a label have room for: of a ladder with a number.
 
-    These are the columns of the most layers, which turn where they would meet in corners.
+    These are the columns of the most layers, which turn where they would meet in corners. Those of other ladders, from
+    which the number goes on by one from column to column, have as many as before.
     """
     walls, ladders = strips.walls, list(strips.columns.ladders)
     ladders[number] = replace(ladders[number], count=most)
     columns = columns_on(walls, ladders)
     height = room(columns, walls, Obstacles.of(walls), np.zeros(len(columns), np.int64))
-    count = gradual(columns, np.where(height >= columns.thickness, most, layers_within(columns, height)))
+    count = np.where(height >= columns.thickness, most, layers_within(columns, height))
+    others, counts = strips.columns.ladder != number, np.full(len(walls.x), most)
+    np.minimum.at(counts, strips.columns.foot[others], strips.heights.count[others])
+    count = gradual(columns, np.where(columns.ladder == number, count, np.minimum(count, counts[columns.foot])))
     which = each_once(columns.pair[_pairs_of(columns, walls, label, number)].ravel())
     return int(np.quantile(count[which], 1 - MOSTLY, method="lower"))
 

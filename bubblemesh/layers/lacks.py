@@ -29,13 +29,20 @@ REASONS = {
         f"{LOW_COLUMNS}, since columns near them have few layers and neighbours differ by one at most: give the walls "
         "beside them more layers, or these fewer by a larger first or growth"
     ),
+    "first": (
+        "{share:.2%} of the wall has a lower first layer than asked for, as at {at}, since it meets walls with lower "
+        "ones, beside which first heights rise only gradually from column to column: make the first heights of both "
+        "more alike, or the spacing along this wall finer"
+    ),
     "others": (
         f"{LOW_COLUMNS}{{squeezed}}: columns end before they meet others, or would be farther apart than the spacing "
         "asks"
     ),
 }
 # Share of the wall from which on a reason is reported: beside a wall with few layers some columns are always short.
-LEAST_SHARES = {"neighbours": 0.25}
+# Likewise first heights rise beside a wall with lower ones, of which the wall should have most as they are asked for.
+LEAST_SHARES = {"neighbours": 0.25, "first": 0.5}
+OF_WALL = "edges", "first"  # reasons whose share is that of the wall's length
 
 
 @record
@@ -47,7 +54,7 @@ class LowColumns:
     reason : str
         Key of ``REASONS``.
     share : float
-        Share of the label's columns; of the length of its walls if the reason is ``edges``.
+        Share of the label's columns; of the length of its walls if the reason is one of ``OF_WALL``.
     layers : int
         Number of layers of the lowest one, as in `lowest`.
     at : pair of float
@@ -108,13 +115,13 @@ def _have_all(strips: Strips, most: Integers) -> Booleans:
 def lacks(strips: Strips, which: Integers, low: Mapping[str, Booleans], beside: Floats) -> tuple[LowColumns, ...]:
     """The lacks of columns (k,), of which some are ``low`` (k,) for each reason.
 
-    Lengths ``beside`` (c,) are those of the wall at all columns.
+    Their first height may be lower than asked for, too. Lengths ``beside`` (c,) are those of the wall at all columns.
     """
     found, length = list[LowColumns](), beside[which]
-    for reason, mine in low.items():
+    for reason, mine in {**low, "first": ~strips.columns.have_own_first[which]}.items():
         of_wall = float(length[mine].sum() / max(length.sum(), TINY))
         if mine.any() and of_wall >= LEAST_SHARES.get(reason, 0.0):
-            share = of_wall if reason == "edges" else float(mine.mean())
+            share = of_wall if reason in OF_WALL else float(mine.mean())
             found.append(LowColumns(reason, share, **lowest(strips, which[mine])[0]))
     return tuple(found)
 

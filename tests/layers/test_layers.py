@@ -1021,6 +1021,42 @@ def test_columns_around_the_noses_of_a_small_body_are_not_low_beside_those_on_it
     assert (row.low, row.lacks) == (0, ())
 
 
+LOW_FIRST = {"on": ["left", "right"], "first": 2e-4, "until": "isotropic"}
+SHORT = {"outer": {"rectangle": [0, 0, 1, 0.5], "labels": SIDES}}
+
+
+def test_a_wall_that_loses_its_first_height_beside_walls_with_lower_ones_is_told():
+    result = run(SHORT, {"on": "bottom", "first": 0.02, "count": 2}, LOW_FIRST, spacing=0.05)
+    row = row_of(result, "bottom")
+    assert row["first"]["kept"] == pytest.approx(0.1)
+    assert row["complete"] < 0.2
+    (lack,) = row["lacks"]
+    assert lack["reason"] == "first"
+    assert lack["share"] == pytest.approx(0.84, abs=0.01)
+    assert row["low"] == 0
+    told = [text for text in result.report["warnings"] if "'bottom'" in text]
+    assert "of the wall has a lower first layer than asked for, as at (0.05, 0)" in told[0]
+    assert told[1].endswith("as the last layer, since first heights rise only gradually beside walls with lower ones")
+
+
+@pytest.mark.parametrize(("first", "spacing"), [(0.004, 0.05), (2e-4, 0.0201)])
+def test_nearer_first_heights_and_a_finer_spacing_keep_them(first, spacing):
+    other = {**LOW_FIRST, "first": first}
+    problem = prepared(SHORT, {"on": "bottom", "first": 0.02, "count": 2}, other, spacing=spacing)
+    row = layers_of(problem, "bottom")
+    assert row.first["kept"] > 0.5
+    assert "first" not in [lack.reason for lack in row.lacks]
+
+
+def test_the_advised_number_of_layers_is_one_that_most_columns_have_beside_a_wall_with_few():
+    few, wall = {"on": ["left", "right"], "first": 0.004, "count": 1}, {"on": "bottom", "first": 0.004, "count": 2}
+    row = row_of(run(SHORT, wall, few, spacing=0.05), "bottom")
+    assert 2 < row["fitting"] < row["advised"]
+    strips = prepared(SHORT, {**wall, "count": row["fitting"]}, few, spacing=0.05).rest.strips
+    counts = strips.heights.count[strips.columns.ladder == 0]
+    assert np.mean(counts >= row["fitting"]) >= 0.5
+
+
 def test_few_columns_beside_a_neighbour_with_few_layers_are_not_told():
     few = {"on": "left", "first": 0.004, "growth": 1.5, "count": 4}
     many = {"on": "bottom", "first": 0.002, "growth": 1.3, "until": "isotropic"}
