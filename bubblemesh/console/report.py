@@ -74,7 +74,8 @@ def _layers(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         aspect = f", aspect {row['aspect']:.3g}" if first else ""
         upright = f", {angle['least']:.0f} degrees upright or more" if angle else ""
         flattest = "" if row["angle_max"] is None else f", angles up to {row['angle_max']['degrees']:.1f} degrees"
-        beyond = "" if row["across_front"] is None else f", {row['across_front']:.2f} times the last one beyond"
+        about = "about " if row["angle_max"] is None else ""  # before the packing
+        beyond = "" if row["across_front"] is None else f", {about}{row['across_front']:.2f} times the last one beyond"
         if beyond and (most := row["farthest"])["ratio"] > FAR_BEYOND:
             beyond += f" (up to {most['ratio']:.3g} at {place(most['at'])})"
         yield (

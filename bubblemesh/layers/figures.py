@@ -24,11 +24,13 @@ from bubblemesh.meshes.quality import Measures
 from bubblemesh.messages import place
 from bubblemesh.packing.net import Net
 from bubblemesh.records import record
+from bubblemesh.spacing.spacing import Spacing
 
 LARGEST_JUMP = 1.5  # of the height from the last layer to the triangles beside it
 FLAT_ANGLE = 175.0  # degrees: larger angles of the cells have a warning
 FAR_JUMP = 10.0  # the same of layers that go on until they are isotropic: where walls are short they end before
 MOSTLY = 0.5  # of the columns: if fewer have all layers, their number is not what makes sizes jump
+EQUILATERAL = np.sqrt(0.75)  # height of a triangle over its sides
 ENDED = "something is in their way, or they end one by one at an end of the wall"
 
 
@@ -78,7 +80,7 @@ class LabelLayers:
         triangles beside them are there.
     across_front : float or None
         Median along the wall of the ratio of heights across the front, fans left out: of packed triangles on it to the
-        last layer.
+        last layer; an estimate by the spacing before there are any.
     farthest : mapping or None
         The largest ``ratio`` of these, and the place ``at`` of the middle of that front.
     advised : int or None
@@ -133,14 +135,13 @@ class LabelLayers:
         most = FAR_JUMP if self.isotropic else LARGEST_JUMP
         if self.across_front is None or self.across_front <= most:
             return None
+        times = f"{'about ' if self.angle_max is None else ''}{self.across_front:.3g}"
+        jump = f"layers on {self.label!r}: triangles beside them are {times} times as high as the last layer"
         if self.isotropic:
             return (
-                f"layers on {self.label!r}: triangles beside them are {self.across_front:.3g} times as high as the "
-                "last layer, since columns end before they are as high as wide: the wall has too few of them, "
-                f"{ENDED}; a larger first or growth needs fewer layers"
+                f"{jump}, since columns end before they are as high as wide: the wall has too few of them, {ENDED}; a "
+                "larger first or growth needs fewer layers"
             )
-        times = f"{self.across_front:.3g}"
-        jump = f"layers on {self.label!r}: triangles beside them are {times} times as high as the last layer"
         if any(lack.reason == "first" for lack in self.lacks):
             return f"{jump}, since first heights rise only gradually beside walls with lower ones"
         if self.complete < MOSTLY:
@@ -162,7 +163,8 @@ def layer_figures(
 ) -> tuple[LabelLayers, ...]:
     """Figures of the layers on each label, in the order of the case.
 
-    After the packing, ``beyond`` (p,) is given as by `beyond_fronts`, and the cells are ``joined`` to what was packed.
+    Ratios ``beyond`` (p,) are those of `beyond_fronts`, or expected ones before the packing. After it the cells are
+    ``joined`` to what was packed.
     """
     across = np.full(len(strips.columns.pair), np.nan) if beyond is None else beyond
     return tuple(
@@ -347,8 +349,26 @@ def beyond_fronts(rest: Rest, net: Net) -> Floats:
     apex = points[net.triangles[triangle, (side + 2) % 3]]
     base, over = points[ends[:, 1]] - points[ends[:, 0]], apex - points[ends[:, 0]]
     beyond = cross(base, over) / np.hypot(*base.T)
-    column = columns.pair[some]
-    step = strips.x[strips.top[column]] - strips.x[strips.node(column, count[column] - 1)]
-    last = np.hypot(*np.moveaxis(step, -1, 0)) / np.hypot(*np.moveaxis(columns.up[column], -1, 0))
-    ratio[some] = beyond / last.mean(axis=1)
+    ratio[some] = beyond / _last_heights(strips, some)
     return ratio
+
+
+def expected_beyond_fronts(strips: Strips, spacing: Spacing) -> Floats:
+    """The ratios (p,) of `beyond_fronts` before the packing, if triangles are as high as equilateral ones there.
+
+    The spacing is that of the packing, in the middles of fronts.
+    """
+    columns, count = strips.columns, strips.heights.count
+    ratio = np.full(len(columns.pair), np.nan)
+    some = np.flatnonzero((count[columns.pair] > 0).all(axis=1))
+    d = spacing.anywhere_towards(strips.x[strips.fronts[some]].mean(axis=1), columns.up[columns.pair[some, 0]])
+    ratio[some] = EQUILATERAL * d / _last_heights(strips, some)
+    return ratio
+
+
+def _last_heights(strips: Strips, pairs: Integers) -> Floats:
+    """Mean heights (k,) above the wall of the last layers of both columns of pairs (k,)."""
+    column = strips.columns.pair[pairs]
+    step = strips.x[strips.top[column]] - strips.x[strips.node(column, strips.heights.count[column] - 1)]
+    last = np.hypot(*np.moveaxis(step, -1, 0)) / np.hypot(*np.moveaxis(strips.columns.up[column], -1, 0))
+    return np.asarray(last.mean(axis=1))

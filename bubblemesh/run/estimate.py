@@ -8,11 +8,11 @@ from bubblemesh.meshes.periodic import side_motion
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.problem.problem import Problem
 from bubblemesh.records import record
+from bubblemesh.run.warnings import jumps_at_layers
 from bubblemesh.spacing.metric.metric import MetricSpacing
 
 if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
-    from bubblemesh.layers.rest import Rest
 
 
 @record
@@ -49,16 +49,20 @@ def side_motions(domain: Domain) -> tuple[Mapping[str, Any], ...] | None:
     return tuple(side_motion(*names, motion.matrix, domain.size) for names, motion in pairs) or None
 
 
-def _layers(rest: "Rest") -> "tuple[LabelLayers, ...]":
-    """Figures of the layers on each label."""
-    from bubblemesh.layers.figures import layer_figures
+def _layers(problem: Problem) -> "tuple[LabelLayers, ...] | None":
+    """Figures of the layers on each label, if there are any, with those across their fronts as they are expected."""
+    if problem.rest is None:
+        return None
+    from bubblemesh.layers.figures import expected_beyond_fronts, layer_figures
 
-    return layer_figures(rest.strips)
+    strips = problem.rest.strips
+    return layer_figures(strips, expected_beyond_fronts(strips, problem.packing_spacing))
 
 
 def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
     """Figures of what a case asks for, before any packing, as plain data; unless ``complete``, without parameters."""
     domain, survey, target = problem.domain, problem.survey, problem.node_target
+    layers = _layers(problem)
     told = {
         "case": problem.task.name,
         "method": problem.task.method_name,
@@ -75,9 +79,9 @@ def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
         **({"packed_spacing": problem.packing_extremes} if problem.packed_finer else {}),
         **spacing_changes(problem),
         **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),
-        **({} if problem.rest is None else {"layers": _layers(problem.rest)}),
+        **({} if layers is None else {"layers": layers}),
         "ideal_nodes": survey.ideal_nodes,
         "expected_nodes": problem.expected_nodes,
-        "warnings": problem.warnings,
+        "warnings": (*problem.warnings, *jumps_at_layers(layers)),
     }
     return dict(json_ready(told))

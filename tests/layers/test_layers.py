@@ -23,6 +23,7 @@ from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quads import corner_angles, quadrilaterals
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.run.estimate import estimate
 from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.spacing.spacing import Spacing
 
@@ -1046,6 +1047,27 @@ def test_nearer_first_heights_and_a_finer_spacing_keep_them(first, spacing):
     row = layers_of(problem, "bottom")
     assert row.first["kept"] > 0.5
     assert "first" not in [lack.reason for lack in row.lacks]
+
+
+@pytest.mark.parametrize(
+    ("keys", "advice"),
+    [({"first": 0.002, "count": 4}, "or count: "), ({"first": 0.002, "thickness": 0.02}, "in place of thickness")],
+)
+def test_an_estimate_tells_about_how_high_triangles_are_beside_layers(keys, advice):
+    wall = {"on": "bottom", **keys}
+    figures = estimate(prepared(SHORT, wall, spacing=0.05))
+    (row,) = figures["layers"]
+    found = row_of(run(SHORT, wall, spacing=0.05), "bottom")
+    assert row["across_front"] == pytest.approx(found["across_front"], rel=0.2)
+    (told,) = figures["warnings"]
+    assert f"triangles beside them are about {row['across_front']:.3g} times as high as the last layer: " in told
+    assert advice in told
+
+
+def test_an_estimate_tells_no_jump_where_sizes_pass():
+    figures = estimate(prepared(SHORT, {"on": "bottom", "first": 0.002, "until": "isotropic"}, spacing=0.05))
+    assert figures["layers"][0]["across_front"] == pytest.approx(1, abs=0.3)
+    assert figures["warnings"] == []
 
 
 def test_the_advised_number_of_layers_is_one_that_most_columns_have_beside_a_wall_with_few():
