@@ -26,8 +26,8 @@ REASONS = {
         "the spacing coarser"
     ),
     "neighbours": (
-        f"{LOW_COLUMNS}, since columns near them have few layers and neighbours differ by one at most: give the walls "
-        "beside them more layers, or these fewer by a larger first or growth"
+        f"{LOW_COLUMNS}, since columns near them have few layers and neighbours differ by one at most: give these "
+        "fewer by a larger first or growth, or walls of another entry beside them more"
     ),
     "first": (
         "{share:.2%} of the wall has a lower first layer than asked for, as at {at}, since it meets walls with lower "
