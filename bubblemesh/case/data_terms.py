@@ -4,7 +4,7 @@ A new term takes a model here with its key in `DataTerms`, a function in ``spaci
 ``problem/data_terms.py`` that makes the function of the model.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -120,6 +120,12 @@ class FunctionTerm(DataTerm):
 
     function: Callable[..., Any] = Field(description="Function of arrays x and y.")
     key: str = Field(description="Key in messages.")
+
+
+def function_terms(functions: Sequence[Callable[..., Any]], key: str) -> tuple[DataTerm, ...]:
+    """Terms of the functions that a program gives for a key; of several each has a number in it."""
+    keys = [key] if len(functions) == 1 else [f"{key}.{number}" for number in range(len(functions))]
+    return tuple(FunctionTerm(function=each, key=own) for each, own in zip(functions, keys, strict=True))
 
 
 class DataTerms(Strict):

@@ -15,7 +15,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from bubblemesh.case.data_terms import DataTerm, DataTerms, FunctionTerm
+from bubblemesh.case.data_terms import DataTerm, DataTerms, function_terms
 from bubblemesh.case.depth import CourantKeys, SlopeKeys, WaveKeys
 from bubblemesh.case.faults import checked
 from bubblemesh.case.fields import (
@@ -205,9 +205,7 @@ class ProgramTerms(SpacingTerms):
     @property
     def data(self) -> dict[str, tuple[DataTerm, ...]]:
         """The terms of each kind, by its key."""
-        given = several(self.function)
-        keys = [f"spacing.function.{number}" for number in range(len(given))] if len(given) > 1 else [FUNCTION]
-        functions = tuple(FunctionTerm(function=each, key=key) for each, key in zip(given, keys, strict=False))
+        functions = function_terms(several(self.function), FUNCTION)
         return super().data | ({"function": functions} if functions else {})
 
 
