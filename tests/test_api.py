@@ -211,7 +211,7 @@ def test_an_error_names_the_ring_of_a_polygon():
 
 @pytest.mark.long
 def test_vertices_that_take_many_nodes_warn_and_corners_makes_a_curve_of_them():
-    with pytest.warns(bubblemesh.MeshWarning, match=r"1\.7\d times .* 64 boundary edges .*corners: 30") as told:
+    with pytest.warns(bubblemesh.MeshWarning, match=r"1\.7\d times .* 64 boundary edges .*corners=30") as told:
         forced = bubblemesh.mesh(SQUARE, 0.1, holes=[CIRCLE])
     assert told[0].filename == __file__
     smooth = bubblemesh.mesh(SQUARE, 0.1, holes=[CIRCLE], corners=30, smooth=True)

@@ -31,6 +31,7 @@ T = TypeVar("T")
 
 FOREVER = 1e9  # seconds
 DEEPEST = 4  # parts of keys whose lines are kept for errors of the geometry and the spacing
+ABOUT_LIMITS = (("limits", "max_nodes"),)  # likewise, of limits: the time is that of the whole case
 
 
 def load_case(
@@ -270,11 +271,8 @@ def _checked(data: dict[str, Any], places: _Places, root: Path | None, begun: fl
     if root is not None:
         case = _limited(case, places)
     case, warnings = _with_method(case, places)
-    late = [
-        path
-        for key in ("spacing", "metric", "layers", "domain", "output", "limits")
-        for path in _paths(data.get(key), key)
-    ]
+    late = [path for key in ("spacing", "metric", "layers", "domain", "output") for path in _paths(data.get(key), key)]
+    late += [path for path in _paths(data.get("limits"), "limits") if path in ABOUT_LIMITS]
     places_of = {path: places(path) for path in late if len(path) <= DEEPEST}
     return case.loaded(Origin(places_of, perf_counter() - begun, root), (*noted, *warnings))
 
