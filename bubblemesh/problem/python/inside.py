@@ -9,7 +9,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from bubblemesh.arrays import Floats
-from bubblemesh.errors import CaseError, GeometryError, Key, about
+from bubblemesh.errors import CaseError, Key, about
 from bubblemesh.files import require_name
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
 from bubblemesh.geometry.following import Following, all_followed
@@ -70,12 +70,9 @@ class ProgramParts:
         found = list[Seed]()
         for number, (name, shape) in enumerate(_named("regions", self.regions)):
             if isinstance(shape, POINTS):
-                key = Key([f"regions[{name!r}]"])
-                if shape.is_empty:
-                    with about(key):
-                        raise GeometryError("the point is empty")
-                places = map(as_point, shapely.get_coordinates(shape))
-                found += [Seed(place, name, key, number) for place in places]
+                argument = f"regions[{name!r}]"
+                points = some_points_of(shapely.get_coordinates(shape), argument, SOME_POINTS, "point").points
+                found += [Seed(as_point(point), name, Key([argument]), number) for point in points]
         return found
 
     def _lines(self) -> list[OpenPath]:
