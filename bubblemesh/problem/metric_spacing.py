@@ -78,6 +78,7 @@ def spacing_in_metrics(
     too_long = tuple(_too_long(metrics, spacing, points))
     requested = metric_below(metrics, spacing)
     survey = surveyed(domain, requested, max_nodes, cover)
+    idle = tuple(_without_effect(metrics, spacing, np.vstack([points, survey.extremes.minimum_at])))
     aspect = _aspect(requested, np.vstack([points, survey.extremes.minimum_at]))
     requested = replace(requested, aspect=aspect)
     graded_one, costly = _graded(domain, requested, metrics, max_nodes), tuple[str, ...]()
@@ -85,7 +86,7 @@ def spacing_in_metrics(
         before, requested, survey = survey, graded_one, surveyed(domain, graded_one, max_nodes, cover)
         costly = tuple(_costly_gradation(before.ideal_nodes, survey.ideal_nodes))
         metrics = [MetricRequest(requested.ellipses, np.inf, Key(["metric"]))]
-    return InMetric(tuple(metrics), requested, survey, (*too_long, *costly, *_differing_sides(domain, requested)))
+    return InMetric(tuple(metrics), requested, survey, (*too_long, *idle, *costly, *_differing_sides(domain, requested)))
 
 
 def metric_below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
@@ -228,4 +229,17 @@ def _too_long(metrics: Sequence[MetricRequest], spacing: Spacing, points: Floats
             yield (
                 f"{metric.key}: the ellipses are up to {longest:.4g} times as long as wide, at {place(points[k])}: "
                 f"they are made wider than that, {metric.aspect:g} times at most; aspect raises it"
+            )
+
+
+def _without_effect(metrics: Sequence[MetricRequest], spacing: Spacing, points: Floats) -> Iterator[str]:
+    """Warnings of metrics that are nowhere finer than the spacing, as those in other units than the domain."""
+    d = spacing.extended(points)
+    for metric in metrics:
+        across = metric.ellipses(*points.T).across
+        if (across > d).all():
+            k = int((across / d).argmin())
+            yield (
+                f"{metric.key}: its least size is {across[k]:.3g} where the spacing is {d[k]:.3g}, at "
+                f"{place(points[k])}, and it is nowhere below that: without any effect; is it in the units of the domain?"
             )

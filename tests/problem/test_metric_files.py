@@ -237,3 +237,12 @@ def test_ellipses_lie_along_both_sides_of_lines_and_interfaces(inner, label, hei
     np.testing.assert_allclose(np.abs(found.direction), [[1, 0]] * 3, atol=1e-12)
     with pytest.raises(BubblemeshError, match=r"metric\.label: is missing"):
         load_case("a.yaml", text=domain + metric.replace(f"label: {label}, ", ""))
+
+
+@pytest.mark.parametrize(("across", "told"), [("0.5 + x", True), ("0.1", False), ("0.02 + x", False)])
+def test_a_metric_that_is_nowhere_finer_than_the_spacing_is_told(across, told):
+    """It may be in another unit than the domain."""
+    warnings = prepare(load_case("a.yaml", text=f"{SQUARE}metric: {{angle: 0, across: {across}}}\n")).warnings
+    start = "metric: its least size is 0.5 where the spacing is 0.1, at (0, "
+    assert any(text.startswith(start) for text in warnings) == told
+    assert any("without any effect" in text for text in warnings) == told
