@@ -90,17 +90,20 @@ class Work:
         return {as_point(point) for points in self.outlines for point in points}
 
     @cached_property
+    def _copies(self) -> list[PolygonalCopy]:
+        return [PolygonalCopy.of(Boundary.of([ring])) for ring in self.rings]
+
+    @cached_property
     def _chords(self) -> shapely.STRtree:
         """The chords of all rings, in order."""
-        chords = [np.stack([points, np.roll(points, -1, axis=0)], axis=1) for points in self.outlines]
+        chords = [np.stack([copy.points, np.roll(copy.points, -1, axis=0)], axis=1) for copy in self._copies]
         return shapely.STRtree(shapely.linestrings(np.concatenate(chords)))
 
     @cached_property
     def _numbers(self) -> Integers:
         """Numbers (c, 2) of the ring and its side of each of these chords."""
-        pieces = [PolygonalCopy.of(Boundary.of([ring])).piece for ring in self.rings]
-        owner = np.repeat(np.arange(len(pieces)), [len(piece) for piece in pieces])
-        return np.column_stack([owner, np.concatenate(pieces)])
+        owner = np.repeat(np.arange(len(self._copies)), [len(copy.piece) for copy in self._copies])
+        return np.column_stack([owner, np.concatenate([copy.piece for copy in self._copies])])
 
     @cached_property
     def _sides(self) -> NDArray[np.object_]:

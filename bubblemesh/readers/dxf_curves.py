@@ -1,6 +1,6 @@
 """Curves of the entities of a DXF drawing: lines, arcs, polylines with bulges, splines, boundaries of fills."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -10,9 +10,9 @@ from ezdxf.math import arc_angle_span_deg, bulge_center, ellipse_param_span
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Point, Ring
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
+from bubblemesh.readers.dxf_splines import b_spline, sampled_curve
 from bubblemesh.readers.features import CompoundCurve, finite_points
 from bubblemesh.readers.rings.joining import reversed_curve
-from bubblemesh.readers.sampling import splines
 
 FLAT_BULGE = 3e-8  # bulge that is zero within rounding
 FULL_TURN = 1 - 1e-9  # in turns: arcs whose ends differ by rounding
@@ -21,6 +21,10 @@ FRAME = 16  # flag of a polyline's vertex that is not drawn, but controls a spli
 TEXT_BOX = 8  # flag of a fill's boundary around a text
 
 Curves = list[CompoundCurve | Ring]  # of one entity; none if it has no extent
+
+
+def _given(curve: CompoundCurve | None) -> Curves:
+    return [] if curve is None else [curve]
 
 
 def _mirrored(entity: Any) -> float:
@@ -57,37 +61,14 @@ def _ellipse(entity: Any, name: str, label: str | None) -> Curves:
         return []
     if sweep == 0 or sweep / (2 * np.pi) > FULL_TURN:
         return [rings.ellipse(center, (long, long * entity.dxf.ratio), float(np.degrees(np.arctan2(y, x))), label)]
-    return _sampled([_through(entity.vertices, begin, begin + sweep, name)], name, label)
+    return _given(sampled_curve(entity.vertices, (begin, begin + sweep), name, label))
 
 
 def _spline(entity: Any, name: str, label: str | None) -> Curves:
     if entity.closed and not entity.control_point_count() and entity.fit_point_count() > 2:
         first, *_, last = entity.fit_points
         entity.fit_points = [*entity.fit_points, first] if not np.allclose(first, last) else entity.fit_points
-    return _b_spline(entity.construction_tool(), name, label)
-
-
-def _b_spline(tool: Any, name: str, label: str | None) -> Curves:
-    """Curves of a B-spline, sampled between knots at which it may have a corner; a periodic one has knots outside."""
-    knots, degree = np.array(tool.knots(), float), tool.degree
-    begin, end = float(knots[degree]), float(knots[-degree - 1])
-    inner, count = np.unique(knots[(knots > begin) & (knots < end)], return_counts=True)
-    breaks = [begin, *inner[count >= degree].tolist(), end]
-    return _sampled([_through(tool.points, *ends, name) for ends in pairwise(breaks)], name, label)
-
-
-def _through(
-    points: Callable[[list[float]], Iterable[Any]], begin: float, end: float, name: str
-) -> Callable[[Any], Any]:
-    """Curve over [0, 1] from a library's function of a parameter between two values."""
-    return lambda t: np.array(finite_points(list(points((begin + (end - begin) * t).tolist())), name))
-
-
-def _sampled(curves: list[Callable[[Any], Any]], name: str, label: str | None) -> Curves:
-    parts = [[(x, y) for x, y in points.tolist()] for some in splines(curves) for points in some]
-    if all(point == parts[0][0] for points in parts for point in points):
-        return []
-    return [CompoundCurve(parts[0][0], tuple(SplineTo(points[1:], label) for points in parts), name)]
+    return _given(b_spline(entity.construction_tool(), name, label))
 
 
 def _polyline(entity: Any, name: str, label: str | None) -> Curves:
@@ -144,12 +125,13 @@ def _edge(edge: Any, name: str, label: str | None) -> list[CompoundCurve]:
         tool = edge.construction_tool()
         begin = tool.start_param
         sweep = ellipse_param_span(tool.start_param, tool.end_param) or 2 * np.pi
-        made = _sampled([_through(tool.vertices, begin, begin + sweep, name)], name, label)
+        made = sampled_curve(tool.vertices, (begin, begin + sweep), name, label)
     else:
-        made = _b_spline(edge.construction_tool(), name, label)
+        made = b_spline(edge.construction_tool(), name, label)
     forward = kind != "EllipseEdge" or edge.ccw
-    curves = [curve for curve in made if isinstance(curve, CompoundCurve)]
-    return [curve if forward else reversed_curve(curve) for curve in curves]
+    if made is None:
+        return []
+    return [made if forward else reversed_curve(made)]
 
 
 def _turned(curve: CompoundCurve, turn: float) -> CompoundCurve:

@@ -9,7 +9,7 @@ from geometry_files import area, domain, read_rings
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, FileError, GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.paths import Arc, Ellipse, Line, Spline
+from bubblemesh.geometry.paths import Arc, Bezier, Ellipse, Line, Spline
 from bubblemesh.readers.formats import read_areas
 from bubblemesh.readers.selection import Selection
 
@@ -68,12 +68,46 @@ class TestDrawings:
 
         def draw(document):
             document.modelspace().add_spline(points[:20])
-            document.modelspace().add_open_spline([points[19], (1.2, -1.2, 0), (1.2, -0.5, 0), points[0]])
+            document.modelspace().add_rational_spline([points[19], (1.2, -1.2), (1.2, -0.5), points[0]], [1, 2, 2, 1])
 
         (ring,) = read_rings(drawn(draw), Selection())
         assert [type(side.curve) for side in ring.sides] == [Spline, Spline]
         radii = np.hypot(*ring.sides[0].curve.knots.T)
         np.testing.assert_allclose(radii, 1, atol=3e-3)
+
+    @pytest.mark.parametrize("together", [True, False])
+    def test_bezier_curves_are_exact(self, drawn, together):
+        """As programs for drawing export them: one spline for each, or one whose inner knots count four times."""
+        k = 4 / 3 * np.tan(np.pi / 8)
+        turn = np.array([[0, -1], [1, 0]])
+        fours = [np.array([(1, 0), (1, k), (k, 1), (0, 1)]) @ np.linalg.matrix_power(turn.T, n) for n in range(4)]
+
+        def draw(document):
+            if together:
+                knots = np.repeat(range(5), 4).tolist()
+                document.modelspace().add_open_spline(np.concatenate(fours).tolist(), knots=knots)
+            else:
+                for four in fours:
+                    document.modelspace().add_open_spline(four.tolist())
+
+        (ring,) = read_rings(drawn(draw), Selection())
+        assert [type(side.curve) for side in ring.sides] == [Bezier] * 4
+        found = sorted(sorted(map(tuple, np.round(side.curve, 12).tolist())) for side in ring.sides)
+        assert found == sorted(sorted(map(tuple, np.round(four, 12).tolist())) for four in fours)
+
+    @pytest.mark.parametrize("times", [3, 4])
+    def test_control_points_that_are_one_place_are_corners(self, drawn, times):
+        corners = [(0, 0), (3, 0), (3, 2), (0, 2), (0, 0)]
+        controls = [corner for corner in corners for _ in range(times)]
+        (ring,) = read_rings(drawn(lambda d: d.modelspace().add_open_spline(controls)), Selection())
+        assert [type(side.curve) for side in ring.sides] == [Line] * 4
+        np.testing.assert_allclose(sorted(np.round(ring.vertices, 9).tolist()), sorted(corners[:-1]), atol=1e-9)
+
+    def test_a_spline_may_be_bent_between_corners(self, drawn):
+        controls = [(0, 0), *[(4, 0)] * 3, (4, 1), (3, 3), (0, 4), (0, 0)]
+        (ring,) = read_rings(drawn(lambda d: d.modelspace().add_open_spline(controls)), Selection())
+        assert [type(side.curve) for side in ring.sides] == [Line, Spline]
+        np.testing.assert_allclose(ring.vertices, [(0, 0), (4, 0)], atol=1e-12)
 
     def test_blocks_are_resolved(self, drawn):
         def draw(document):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, components
+from bubblemesh.arrays import Floats, Integers, components
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.boundary import Boundary
@@ -22,6 +22,7 @@ from bubblemesh.readers.slips import Slips
 
 MOST_LOOSE = 0.1  # of the length of all lines: so much may be left out as loose
 OVER = 1e-9  # of the gap: so far an end is extended beyond the line that it meets
+MOST_LINKS, ENDS_AT_ONCE = 8, 256  # lines near an end, on the average: a reach with more of them is no gap
 
 
 def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> JoinedRings:
@@ -36,8 +37,10 @@ def rings_of_linework(curves: Sequence[CompoundCurve], joining: Joining) -> Join
         problem = error
     copies = [_copy(curve) for curve in curves]
     drawn = [shapely.LineString(points) for points, _ in copies]
-    drawn += _links(drawn, joining.reach or 0.0)
-    noded = shapely.get_parts(shapely.union_all(drawn))
+    links = _links(drawn, joining.reach or 0.0)
+    if links is None:
+        raise problem
+    noded = shapely.get_parts(shapely.union_all(drawn + links))
     enclosed = [ring for group in _connected(noded) for ring in _around(group)]
     loose = np.concatenate([shapely.get_parts(some) for some in shapely.polygonize_full(noded)[1:3]])
     if not enclosed or shapely.length(loose).sum() > MOST_LOOSE * shapely.length(noded).sum():
@@ -72,15 +75,25 @@ def _copy(curve: CompoundCurve) -> tuple[Floats, list[str | None]]:
     return copy.points, labels[:-1]
 
 
-def _links(lines: Sequence[shapely.LineString], reach: float) -> list[shapely.LineString]:
-    """Short lines from ends to the nearest place of another line within reach, and a little over it."""
+def _links(lines: Sequence[shapely.LineString], reach: float) -> list[shapely.LineString] | None:
+    """Short lines from ends to the nearest place of another line within reach, and a little over it.
+
+    None if so many lines are within reach that their ends do not show which of them was meant.
+    """
     if reach == 0 or len(lines) < 2:
         return []
     owner = np.repeat(np.arange(len(lines)), 2)
     ends = shapely.points(np.array([point for line in lines for point in (line.coords[0], line.coords[-1])], float))
     found = np.array(lines, dtype=object)
-    end, other = shapely.STRtree(found).query(ends, predicate="dwithin", distance=reach)
-    end, other = end[owner[end] != other], other[owner[end] != other]
+    tree, pairs, count = shapely.STRtree(found), list[Integers](), 0
+    for begin in range(0, len(ends), ENDS_AT_ONCE):
+        pair = tree.query(ends[begin : begin + ENDS_AT_ONCE], predicate="dwithin", distance=reach)
+        pair[0] += begin
+        pairs.append(pair[:, owner[pair[0]] != pair[1]])
+        count += pairs[-1].shape[1]
+        if count > MOST_LINKS * len(ends):
+            return None
+    end, other = np.concatenate(pairs, axis=1)
     ways = shapely.shortest_line(ends[end], found[other])
     long = shapely.length(ways) > 0
     coords = shapely.get_coordinates(ways[long]).reshape(-1, 2, 2)
@@ -100,10 +113,11 @@ def _around(lines: Shapes) -> list[Floats]:
     thin = THIN * max(x1 - x0, y1 - y0)
     each = shapely.get_parts(shapely.polygonize(lines))
     wide = shapely.area(each) > thin * shapely.length(each) / 2  # there are slivers where lines lie on each other
-    faces = shapely.union_all(each[wide])
-    sparse = shapely.remove_repeated_points(faces, thin)
-    whole = polygons_of(sparse if sparse.is_valid else faces)
-    return [shapely.get_coordinates(part.exterior)[:-1] for part in whole]
+    # Without holes, of which small ones would lose all of their points.
+    whole = shapely.polygons(shapely.get_exterior_ring(polygons_of(shapely.union_all(each[wide]))))
+    sparse = shapely.remove_repeated_points(whole, thin)
+    found = np.where(shapely.is_valid(sparse), sparse, whole)
+    return [shapely.get_coordinates(part)[:-1] for part in found]
 
 
 def _ring(points: Floats, chords: shapely.STRtree, labels: Sequence[str | None], origin: str) -> Ring:

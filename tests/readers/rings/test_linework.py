@@ -4,9 +4,17 @@ import numpy as np
 import pytest
 
 from bubblemesh.case import load_case
+from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.repair import THIN
 from bubblemesh.problem.prepare import prepare
 
 SIZE = 10.0
+
+
+def drawn(tmp_path, lines):
+    """A file with lines, each of some points."""
+    parts = ", ".join(f"({', '.join(f'{x!r} {y!r}' for x, y in line)})" for line in np.array(lines, float).tolist())
+    (tmp_path / "a.wkt").write_text(f"MULTILINESTRING({parts})")
 
 
 def problem_of(tmp_path, over):
@@ -18,9 +26,29 @@ def problem_of(tmp_path, over):
         [(b + over[4], b), (a - over[5], b)],
         [(a, b + over[6]), (a, a - over[7])],
     ]
-    parts = ", ".join("({} {}, {} {})".format(*map(float, np.ravel(line))) for line in lines)
-    (tmp_path / "a.wkt").write_text(f"MULTILINESTRING({parts})")
-    return prepare(load_case(tmp_path / "a.yaml", text="domain: {file: a.wkt, repair: true}\nspacing: 2\n"))
+    drawn(tmp_path, lines)
+    return prepared(tmp_path, "repair: true")
+
+
+def prepared(tmp_path, key):
+    return prepare(load_case(tmp_path / "a.yaml", text=f"domain: {{file: a.wkt, {key}}}\nspacing: 2\n"))
+
+
+def test_areas_too_small_to_be_drawn_are_filled(tmp_path):
+    a, b, tiny = 0.0, SIZE, THIN * SIZE / 3
+    square = [[(a, a), (b, a)], [(b, a), (b, b)], [(b, b), (a, b)], [(a, b), (a, a)]]
+    triangle = [[(2, 2), (2 + tiny, 2)], [(2 + tiny, 2), (2, 2 + tiny)], [(2, 2 + tiny), (2, 2)]]
+    drawn(tmp_path, [*square, *triangle, [(a, a), (2, 2)], [(2, 2), (b, b)]])
+    domain = prepared(tmp_path, "repair: true").domain
+    assert domain.polygon.area == pytest.approx(SIZE**2, abs=1e-9)
+    assert len(domain.polygon.interiors) == 0
+
+
+def test_a_reach_within_which_all_lines_are_is_no_gap(tmp_path):
+    """It would take minutes to link each end to each of the lines, and tell nothing."""
+    drawn(tmp_path, [[(1, y), (9, y)] for y in np.linspace(0, SIZE, 600)])
+    with pytest.raises(GeometryError, match="600 ends meet"):
+        prepared(tmp_path, "repair: {gap: 0.5}")
 
 
 @pytest.mark.parametrize("over", [1e-5, 8e-4, 9e-4, 1e-3, 1.1e-3, 2e-3, 0.01, 0.1])
