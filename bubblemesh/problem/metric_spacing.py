@@ -86,7 +86,8 @@ def spacing_in_metrics(
         before, requested, survey = survey, graded_one, surveyed(domain, graded_one, max_nodes, cover)
         costly = tuple(_costly_gradation(before.ideal_nodes, survey.ideal_nodes))
         metrics = [MetricRequest(requested.ellipses, np.inf, Key(["metric"]))]
-    return InMetric(tuple(metrics), requested, survey, (*too_long, *idle, *costly, *_differing_sides(domain, requested)))
+    told = (*too_long, *idle, *costly, *_differing_sides(domain, requested))
+    return InMetric(tuple(metrics), requested, survey, told)
 
 
 def metric_below(metrics: Sequence[MetricRequest], spacing: Spacing) -> MetricSpacing:
@@ -241,5 +242,6 @@ def _without_effect(metrics: Sequence[MetricRequest], spacing: Spacing, points: 
             k = int((across / d).argmin())
             yield (
                 f"{metric.key}: its least size is {across[k]:.3g} where the spacing is {d[k]:.3g}, at "
-                f"{place(points[k])}, and it is nowhere below that: without any effect; is it in the units of the domain?"
+                f"{place(points[k])}, and it is nowhere below that: without any effect; is it in the units of the "
+                "domain?"
             )
