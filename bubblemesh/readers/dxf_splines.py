@@ -15,7 +15,7 @@ from bubblemesh.readers.features import CompoundCurve, finite_points
 from bubblemesh.readers.sampling import Parametric, splines
 
 CUBIC = 3
-STRAIGHT = 1e-9  # of a curve's length: distance from a straight line that is due to rounding
+ROUNDING = 1e-9  # of a curve's length: distance from a straight line, or extent of a part, that is due to rounding
 
 Span = tuple[float, float]  # of the parameter
 
@@ -34,7 +34,10 @@ def b_spline(tool: Any, name: str, label: str | None) -> CompoundCurve | None:
         exact = {span: four for span in spans if (four := _bezier(knots, controls, span)) is not None}
     sampled = iter(splines([through(tool.points, *span, name) for span in spans if span not in exact]))
     parts = [[exact[span]] if span in exact else next(sampled) for span in spans]
-    pieces = [piece for span, some in zip(spans, parts, strict=True) for piece in _pieces(some, span in exact, label)]
+    small = _rounding(controls)
+    pieces = list[Piece]()
+    for span, some in zip(spans, parts, strict=True):
+        pieces += _pieces(some, span in exact, small, label)
     (start,) = finite_points(parts[0][0][:1], name)
     return CompoundCurve(start, tuple(pieces), name) if pieces else None
 
@@ -45,7 +48,7 @@ def sampled_curve(
     """A smooth curve by a library's function of a parameter in a span; None if it is a point."""
     (parts,) = splines([through(points, *span, name)])
     (start,) = finite_points(parts[0][:1], name)
-    pieces = tuple(_pieces(parts, False, label))
+    pieces = tuple(_pieces(parts, False, _rounding(np.concatenate(parts)), label))
     return CompoundCurve(start, pieces, name) if pieces else None
 
 
@@ -78,11 +81,14 @@ def _bezier(knots: Floats, controls: Floats, span: Span) -> Floats | None:
     return four if Beziers(*four[:, None]).regular.all() else None
 
 
-def _pieces(parts: Sequence[Floats], is_bezier: bool, label: str | None) -> Iterator[Piece]:
-    """Pieces of parts with points (k, 2), on which they go or, of a Bézier curve, that control it; none at a point."""
+def _pieces(parts: Sequence[Floats], is_bezier: bool, small: float, label: str | None) -> Iterator[Piece]:
+    """Pieces of parts with points (k, 2), on which they go or, of a Bézier curve, that control it.
+
+    There are none of parts that are no larger than the rounding of their points.
+    """
     for part in parts:
         points: list[Point] = [(x, y) for x, y in part.tolist()]
-        if all(point == points[0] for point in points):
+        if np.ptp(part, axis=0).max() <= small:
             continue
         if _is_straight(part):
             yield LineTo(points[-1], label)
@@ -92,9 +98,14 @@ def _pieces(parts: Sequence[Floats], is_bezier: bool, label: str | None) -> Iter
             yield SplineTo(points[1:], label)
 
 
+def _rounding(points: Floats) -> float:
+    """Extent that parts of a curve have by the rounding of its points (k, 2) alone."""
+    return ROUNDING * float(np.ptp(points, axis=0).max())
+
+
 def _is_straight(points: Floats) -> bool:
     """Whether points (k, 2) are on the way from the first to the last one, each farther than the one before."""
     x = points - points[0]
     way, length = x[-1], float(np.hypot(*x[-1]))
     along, aside = x @ way, np.abs(x[:, 0] * way[1] - x[:, 1] * way[0])
-    return bool((aside <= STRAIGHT * length**2).all() and (np.diff(along) >= 0).all())
+    return bool((aside <= ROUNDING * length**2).all() and (np.diff(along) >= 0).all())

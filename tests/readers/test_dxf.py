@@ -103,6 +103,15 @@ class TestDrawings:
         assert [type(side.curve) for side in ring.sides] == [Line] * 4
         np.testing.assert_allclose(sorted(np.round(ring.vertices, 9).tolist()), sorted(corners[:-1]), atol=1e-9)
 
+    def test_parts_of_a_spline_that_are_a_point_are_left_out(self, drawn):
+        """As some programs end one: with control points that are one place, times a number that is rounded."""
+        x, y = -34.3655, -76.0581
+        four = [(x, y), (x + 1, y + 1), (x + 3, y + 1), (x + 4, y), (x + 3, y - 2), (x + 1, y - 2)]
+        knots = np.repeat([0, 1, 2, 3], 4).tolist()
+        controls = [*four[:4], four[3], *four[4:], four[0], *[(x, y)] * 4]
+        (ring,) = read_rings(drawn(lambda d: d.modelspace().add_open_spline(controls, knots=knots)), Selection())
+        assert [type(side.curve) for side in ring.sides] == [Bezier] * 2
+
     def test_a_spline_may_be_bent_between_corners(self, drawn):
         controls = [(0, 0), *[(4, 0)] * 3, (4, 1), (3, 3), (0, 4), (0, 0)]
         (ring,) = read_rings(drawn(lambda d: d.modelspace().add_open_spline(controls)), Selection())
