@@ -63,6 +63,8 @@ def _corners(knots: Floats, controls: Floats, degree: int, begin: float, end: fl
     These are knots that count as often as its degree, and those at which as many of its control points are one place.
     """
     inner, count = np.unique(knots[(knots > begin) & (knots < end)], return_counts=True)
+    if len(inner) == 0:
+        return []
     stays = (np.diff(controls, axis=0) == 0).all(axis=1)
     runs = np.zeros(0, np.int64)
     if len(stays) >= degree - 1 > 0:

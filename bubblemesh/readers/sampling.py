@@ -45,6 +45,8 @@ def _through(curves: Sequence[Parametric]) -> list[Floats]:
     """For each smooth curve over [0, 1], points (k, 2), ends included, through which a cubic spline follows it."""
     found, open_ = [np.zeros((0, 2)) for _ in curves], list(range(len(curves)))
     for doublings in range(MOST_DOUBLINGS + 1):
+        if not open_:
+            break
         t = np.linspace(0, 1, FEWEST * 2**doublings + 1)
         together = max(1, MOST_TOGETHER // (SAMPLES * len(t)))
         far = list[int]()
