@@ -53,6 +53,7 @@ class GeometryError(BubblemeshError):
 
     exit_code = 3
     mendable = True  # whether a repair of the rings may help
+    advised = False  # whether it names another key that helps
 
 
 class RequirementError(BubblemeshError):

@@ -9,6 +9,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import NEARLY, ROUNDINGS, TOUCHING
+from bubblemesh.geometry.near_vertices import without_near_vertices
 from bubblemesh.geometry.neighbours import gaps_between, merged, owners
 from bubblemesh.geometry.nesting import Shapes, enclosures, made_valid, polygons_of
 from bubblemesh.messages import counted, just_above, place
@@ -32,11 +33,26 @@ def matched(shapes: Shapes, names: Sequence[str], join: float | None, key: str =
     """Valid polygons (n,) with slivers and overlaps closed up to a width ``join``, by default only those by rounding.
 
     Of two borders, the one of the earlier shape is used. A shape within another one stays there. What is left open
-    where several meet, up to that width, becomes a part of the one with the longest border to it. GeometryError, with
-    the names, the place, the width and the ``key`` that gives it, if wider slivers or overlaps remain between two.
+    where several meet, up to that width, becomes a part of the one with the longest border to it. Vertices next to
+    others of the same ring, which a domain could not have, are left out. GeometryError, with the names, the place, the
+    width and the ``key`` that gives it, if wider slivers or overlaps remain between two.
     """
-    found = _matched_in_pairs(shapes, names, join, key)
-    return found if join is None else _without_gaps(found, names, join)
+    x0, y0, x1, y1 = shapely.total_bounds(shapes)
+    near = NEARLY * float(max(x1 - x0, y1 - y0))
+    plain, changed = without_near_vertices(shapes, near)
+    found = _matched_in_pairs(plain, names, join, key)
+    found = found if join is None else _without_gaps(found, names, join)
+    last, again = without_near_vertices(found.shapes, near)  # what is closed may leave short sides
+    return Matched(last, found.changed | changed | again, (*_left_out(changed, names), *found.notes))
+
+
+def _left_out(changed: Booleans, names: Sequence[str]) -> tuple[str, ...]:
+    """Note on vertices next to others of the same ring, of the shapes (n,) that changed."""
+    own = list(dict.fromkeys(names[number] for number in np.flatnonzero(changed).tolist()))
+    if not own:
+        return ()
+    others = f" and {counted(len(own) - 1, 'more region')}" if len(own) > 1 else ""
+    return (f"vertices next to others of the same ring left out of {own[0]!r}{others}",)
 
 
 def _matched_in_pairs(shapes: Shapes, names: Sequence[str], join: float | None, key: str) -> Matched:
@@ -46,22 +62,23 @@ def _matched_in_pairs(shapes: Shapes, names: Sequence[str], join: float | None, 
     rounding = max(TOUCHING * size, ROUNDINGS * float(np.spacing(np.abs([x0, y0, x1, y1]).max())))
     if join is not None and join > WIDEST_JOIN * size:
         raise GeometryError(f"{key}: {join:g} is too much for regions that are {size:g} wide together: make it smaller")
-    if shapely.coverage_is_valid(shapes, max(NEARLY * size, rounding) if join is None else join):
+    reach = max(NEARLY * size, rounding, join or 0.0)  # a domain could not have what is nearer than the first of these
+    if shapely.coverage_is_valid(shapes, reach):
         return Matched(shapes, np.zeros(len(shapes), bool))
     if join is None:  # the widest overlap is reported before narrow slivers
-        _without_overlaps(shapes, names, rounding)
+        _without_overlaps(shapes, names, rounding, rounding)
     borders = _Borders.of(shapes)
-    moves = borders.moves(max(NEARLY * size, rounding) if join is None else join)
+    moves = borders.moves(reach)
     widest = int(moves.distance.argmax())
     width = float(moves.distance[widest])
     where = place(borders.points[widest])
     pair = _named(names, borders.owner[widest], moves.other[widest])
     if join is None and width > rounding:
-        raise GeometryError(
+        raise _advised(
             f"{pair} are {width:.2g} apart at {where}, or overlap by that: set join: {just_above(width)} to close it"
         )
     found = borders.rebuilt(shapes, moves)
-    found = _without_overlaps(found, names, rounding if join is None else join)
+    found = _without_overlaps(found, names, rounding if join is None else reach, rounding)
     changed = ~shapely.equals_exact(found, shapes)
     for number in np.flatnonzero(shapely.is_empty(found)).tolist():
         raise GeometryError(f"nothing is left of {names[number]!r} with this join: make it smaller")
@@ -244,8 +261,11 @@ def _of_valid_parts(polygon: shapely.Polygon) -> shapely.Geometry:
     return areas[0] if len(areas) == 1 else shapely.MultiPolygon(areas)
 
 
-def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float) -> Shapes:
-    """The shapes, later ones without overlaps with earlier ones; GeometryError for the widest one above ``join``."""
+def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float, rounding: float) -> Shapes:
+    """The shapes, later ones without overlaps with earlier ones that are wider than ``rounding``.
+
+    GeometryError for the widest overlap if that is above ``join``.
+    """
     i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     i, j = i[i < j], j[i < j]
     common, size = shapely.intersection(shapes[i], shapes[j]), shapely.area(shapes)
@@ -258,9 +278,8 @@ def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float) -> Shap
         k = int(wide[width[width > join].argmax()])
         raise _overlapping(shapes, names, (int(i[k]), int(j[k])), common[k], float(width.max()), len(wide) - 1)
     result = shapes.copy()
-    for k in over.tolist():
-        if area[k] > join * 1e-6 * np.sqrt(size[j[k]]):
-            result[j[k]] = shapely.MultiPolygon(polygons_of(shapely.difference(result[j[k]], result[i[k]])))
+    for k in over[width > rounding].tolist():
+        result[j[k]] = shapely.MultiPolygon(polygons_of(shapely.difference(result[j[k]], result[i[k]])))
     return result
 
 
@@ -273,7 +292,7 @@ def _overlapping(
     beyond = shapely.difference(shapes[inner], shapes[outer])
     out = float(widths(np.array([beyond]))[0])
     if out < width and float(just_above(out)) <= most:
-        return GeometryError(
+        return _advised(
             f"{names[inner]!r} sticks out of {names[outer]!r} by {out:.2g} at {place(_inside(beyond))}: set "
             f"join: {just_above(out)} if it is to be inside, or correct the file"
         )
@@ -290,10 +309,17 @@ def _overlapping(
             f"{both} overlap by {width:.2g} at {where}, too much for a join: correct the file, leave out one, or give "
             "each its own entry, one of them with ring: {minus: [{file: ...}, {file: ...}]}"
         )
-    return GeometryError(
+    return _advised(
         f"{both} overlap by {width:.2g} at {where}: set join: {just_above(width)} if they are to share a border there, "
         "or correct the file"
     )
+
+
+def _advised(text: str) -> GeometryError:
+    """The error of neighbours that names the ``join`` which mends them."""
+    error = GeometryError(text)
+    error.advised = True
+    return error
 
 
 def widths(shapes: Shapes) -> Floats:

@@ -96,6 +96,17 @@ def smallest_around(inner: Shapes, around: Shapes) -> Integers:
     return owner
 
 
+def thick(shape: shapely.Geometry, thin: float) -> shapely.MultiPolygon:
+    """The polygons of a shape, and their holes, that are wider than ``thin``."""
+    holed = []
+    for part in polygons_of(shape):
+        if part.area <= thin * part.length:
+            continue
+        holes = [hole for hole in part.interiors if shapely.Polygon(hole).area > thin * hole.length]
+        holed.append(shapely.Polygon(part.exterior, holes) if len(holes) < len(part.interiors) else part)
+    return shapely.MultiPolygon(holed)
+
+
 def _solid(shapes: Shapes) -> Shapes:
     """The shapes without their holes."""
     return shapely.polygons(shapely.get_exterior_ring(shapes))

@@ -23,7 +23,8 @@ from bubblemesh.geometry.area_detail import (
 )
 from bubblemesh.geometry.curves import shares_before
 from bubblemesh.geometry.gaps import strips_between
-from bubblemesh.geometry.nesting import made_valid, polygons_of, shapes_of, with_holes
+from bubblemesh.geometry.near_vertices import blunted
+from bubblemesh.geometry.nesting import made_valid, polygons_of, shapes_of, thick, with_holes
 from bubblemesh.geometry.paths import Area, Ring, as_point
 from bubblemesh.geometry.repair_work import Work, outer_points
 from bubblemesh.geometry.validity import fault_place
@@ -135,22 +136,13 @@ def _enclosed(ring: Ring, work: Work) -> shapely.Geometry:
 def _tidy(shape: shapely.Geometry, work: Work) -> shapely.Geometry:
     """A shape without thin parts, spikes, and vertices next to others, which cuts may leave."""
     thin = THIN * work.size
-    whole = _thick(shape, thin)
-    sparse = _thick(_gathered(shapely.remove_repeated_points(whole, thin), work), thin)
-    loops = [[_blunted(ring, thin) for ring in (part.exterior, *part.interiors)] for part in sparse.geoms]
+    whole = thick(shape, thin)
+    sparse = thick(_gathered(shapely.remove_repeated_points(whole, thin), work), thin)
+    loops = [
+        [blunted(shapely.get_coordinates(ring)[:-1], thin) for ring in shapely.get_rings(part)] for part in sparse.geoms
+    ]
     blunt = shapely.MultiPolygon([(outer, holes) for outer, *holes in loops])
     return next((better for better in (blunt, sparse) if better.is_valid), whole)
-
-
-def _thick(shape: shapely.Geometry, thin: float) -> shapely.MultiPolygon:
-    """The polygons of a shape, and their holes, that are wider than ``thin``."""
-    holed = []
-    for part in polygons_of(shape):
-        if part.area <= thin * part.length:
-            continue
-        holes = [hole for hole in part.interiors if shapely.Polygon(hole).area > thin * hole.length]
-        holed.append(shapely.Polygon(part.exterior, holes) if len(holes) < len(part.interiors) else part)
-    return shapely.MultiPolygon(holed)
 
 
 def _gathered(shape: shapely.Geometry, work: Work) -> shapely.Geometry:
@@ -168,19 +160,6 @@ def _gathered(shape: shapely.Geometry, work: Work) -> shapely.Geometry:
     best = j[order][np.flatnonzero(np.diff(i[order], prepend=-1))]
     moved = shapely.transform(shape, lambda _: points[best[number.ravel()]])
     return made_valid(moved)
-
-
-def _blunted(ring: shapely.LinearRing, thin: float) -> Floats:
-    """Points (m, 2) of a ring without those at which it turns back beside itself, nearer than ``thin``."""
-    points: Floats = shapely.get_coordinates(ring)[:-1]
-    while len(points) > 3:
-        (ux, uy), (wx, wy) = (points - np.roll(points, 1, axis=0)).T, (np.roll(points, -1, axis=0) - points).T
-        longer = np.maximum(np.hypot(ux, uy), np.hypot(wx, wy))
-        spikes = np.flatnonzero((ux * wx + uy * wy < 0) & (np.abs(ux * wy - uy * wx) <= thin * longer))
-        if len(spikes) == 0:
-            break
-        points = np.delete(points, spikes[0], axis=0)  # its neighbour may be a spike now
-    return points
 
 
 def _mended(area: Area, work: Work) -> shapely.Geometry:

@@ -1,7 +1,6 @@
 """The domain that a case describes: its rings, regions and lines as geometry."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -70,7 +69,7 @@ def case_domain(case: Case) -> Domain:
             return domain
         except GeometryError as error:
             if error.mendable:
-                error.args = (f"{error.text}{_advice(case.domain, error.about)}",)
+                error.args = (f"{error.text}{_advice(case.domain, error)}",)
             raise
 
 
@@ -142,15 +141,24 @@ def _sea(case: Case) -> Domain:
         return domain_of(fitted_sea(sea, keys, lambda points: spacing().extended(points)))
 
 
-def _advice(keys: DomainKeys, key: Key) -> str:
-    """Advice on what mends rings that an error is about, if a repair does."""
-    for path in dict.fromkeys((key[1:], (*key[1:], "ring"), ())):
+def _advice(keys: DomainKeys, error: GeometryError) -> str:
+    """Advice on what mends rings that an error is about, if a repair does, and on what is to be done then."""
+    then = ""
+    for path in dict.fromkeys((error.about[1:], (*error.about[1:], "ring"), ())):
         repaired = with_repair(keys, path)
-        if repaired is not None:
-            with suppress(BubblemeshError):
-                _domain(repaired)
-                return f"; repair: true in {Key((*DOMAIN, *path))} mends it"
-    return ""
+        if repaired is None:
+            continue
+        advice = f"; repair: true in {Key((*DOMAIN, *path))} mends it"
+        try:
+            _domain(repaired)
+        except GeometryError as other:
+            if not then and other.advised and not error.advised:
+                then = f"{advice}, and then: {other.text}"
+        except BubblemeshError:
+            pass
+        else:
+            return advice
+    return then
 
 
 def domain_areas(keys: DomainKeys) -> list[Area]:

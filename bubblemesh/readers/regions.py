@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 import shapely
 
-from bubblemesh.errors import CaseError, prefixed
+from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.borders import matched
-from bubblemesh.geometry.nesting import polygons_of, shapes_of
+from bubblemesh.geometry.nesting import shapes_of, thick
 from bubblemesh.geometry.paths import Area, Line, Point, Ring, RingChange
 from bubblemesh.geometry.repair import Repair
-from bubblemesh.geometry.validity import simple_polygon
+from bubblemesh.geometry.validity import explained, simple_polygon
 from bubblemesh.messages import counted, unknown
 from bubblemesh.readers.areas import areas_by_nesting
 from bubblemesh.readers.features import REGION, Feature, text_of_number
@@ -132,8 +133,12 @@ def _matched(areas: list[Area], notes: list[str], join: float | None, key: str) 
         for ring in area.rings:
             with prefixed(f"region {area.name!r}"):
                 simple_polygon(ring.outline, ring.origin or "its ring")
-    names = [str(area.name) for area in areas]
-    shapes, changed, told = matched(shapes_of(areas), names, join, key)
+    areas = _wide(areas)
+    names, given = [str(area.name) for area in areas], shapes_of(areas)
+    for number in np.flatnonzero(~shapely.is_valid(given)).tolist():
+        where = explained(given[number])[1]
+        raise GeometryError(f"holes of region {names[number]!r} cross its ring or each other at {where}: move them")
+    shapes, changed, told = matched(given, names, join, key)
     members: dict[str, list[int]] = {}
     for number, name in enumerate(names):
         members.setdefault(name, []).append(number)
@@ -151,6 +156,15 @@ def _matched(areas: list[Area], notes: list[str], join: float | None, key: str) 
     return found, [*notes, *told]
 
 
+def _wide(areas: list[Area]) -> list[Area]:
+    """The areas but for parts of regions that are thinner than what a domain can have, if other parts are not."""
+    shapes = shapes_of(areas)
+    size = float(np.ptp(shapely.total_bounds(shapes).reshape(2, 2), axis=0).max())
+    wide = shapely.area(shapes) > NEARLY * size * shapely.length(shapes) / 2
+    named = {area.name for area, is_wide in zip(areas, wide.tolist(), strict=True) if is_wide}
+    return [area for area, is_wide in zip(areas, wide.tolist(), strict=True) if is_wide or area.name not in named]
+
+
 def _area(shape: shapely.Polygon, label: str | None = None, origin: str | None = None) -> Area:
     """The area of a polygon whose sides have one label, if any."""
 
@@ -164,6 +178,7 @@ def united(areas: Sequence[Area]) -> list[Area]:
     """The union of straight-sided areas, as areas."""
     shapes = shapes_of(areas)
     whole = shapely.coverage_union_all(shapes) if shapely.coverage_is_valid(shapes) else shapely.union_all(shapes)
-    parts = np.array(polygons_of(whole))
+    size = float(np.ptp(shapely.total_bounds(whole).reshape(2, 2), axis=0).max())
+    parts = np.array(thick(whole, TOUCHING * size).geoms)  # where areas do not meet exactly there are flat holes
     order = np.argsort(-shapely.area(parts), kind="stable")
     return [_area(part) for part in parts[order]]

@@ -566,3 +566,47 @@ def test_borders_are_followed_as_curves_that_neighbours_share(written, how):
     assert sum(sizes(domain).values()) == pytest.approx(9, rel=1e-9)
     assert len(domain.boundary.corners) == (9 if "tolerance" not in how else 30)  # of 327 vertices
     assert problem.expected_nodes < 700
+
+
+def test_vertices_next_to_others_of_a_ring_are_left_out_and_told(found):
+    """A domain could not have them; drawing by hand and rounding of coordinates leave them."""
+    slip = shapely.Polygon([(0, 0), (1, 0), (1, 1), (1 + 2e-7, 1 + 3e-7), (1, 2), (0, 2), (-5, 2 + 1e-8)])
+    domain = found(LAND, west=slip, east=shapely.box(1, 0, 3, 1))
+    assert sizes(domain)["west"] == pytest.approx(shapely.Polygon([(0, 0), (1, 0), (1, 2), (-5, 2)]).area, abs=1e-5)
+    assert [note for note in domain.notes if "next to others of the same ring left out of 'west'" in note]
+
+
+def test_parts_thinner_than_a_domain_can_have_are_left_out(found):
+    sliver = shapely.Polygon([(5, 5), (6, 6), (6, 6 + 1e-7)])
+    assert sizes(found(LAND, west=shapely.MultiPolygon([WEST, sliver]), east=EAST)) == {"west": 2, "east": 2}
+
+
+def test_a_join_closes_what_a_domain_could_not_have(found):
+    """However narrow it is: gaps below 1e-6 of the size would be refused."""
+    east = shapely.Polygon([(1 + 1e-7, 0), (3, 0), (3, 1), (1 + 1.5e-6, 1)])
+    domain = found(LAND.replace("}", ", join: 2e-7}", 1), west=WEST, east=east)
+    assert shapely.coverage_is_valid([region.polygon for region in domain.parts.regions])
+
+
+def test_tiny_overlaps_are_cut_whatever_the_join(found):
+    west = shapely.Polygon([(0, 0), (1, 0), (1, 0.5), (1.00002, 0.50001), (1, 0.50002), (1, 2), (0, 2)])
+    east = shapely.Polygon([(1, 0), (3, 0), (3, 1), (1, 1), (1, 0.50002), (1, 0.5)])
+    domain = found(LAND.replace("}", ", join: 0.01}", 1), west=west, east=east)
+    assert sum(sizes(domain).values()) == pytest.approx(domain.polygon.area, rel=1e-9)
+
+
+def test_holes_that_leave_a_region_are_told_with_what_mends_them(found):
+    west = shapely.Polygon(
+        WEST.exterior, [[(0.5, 0.5), (0.8, 0.5), (0.8, 0.8)], [(0.6, 0.55), (0.9, 0.55), (0.9, 0.9)]]
+    )
+    told = re.escape("holes of region 'west' cross its ring or each other at (0.8, 0.55): move them; repair: true in ")
+    with pytest.raises(GeometryError, match=told):
+        found(LAND, west=west, east=EAST)
+
+
+def test_what_is_to_be_done_after_a_repair_is_told_too(found):
+    bow = shapely.Polygon([(0, 0), (1, 0), (0, 2), (1, 2)])
+    with pytest.raises(GeometryError) as error:
+        found(LAND, west=bow, east=shapely.box(0.99, 0, 3, 1))
+    assert "crosses or touches itself" in str(error.value)
+    assert re.search(r"; repair: true in domain.regions.0 mends it, and then: .* set join: ", str(error.value))
