@@ -6,7 +6,7 @@ import typer
 
 from bubblemesh import __version__
 from bubblemesh.cli import adapt, batch, check, convert, partition, plot, quality, run, templates
-from bubblemesh.cli.exits import Commands, reported, signals_obeyed
+from bubblemesh.cli.exits import Commands, reported, reporting, signals_obeyed
 from bubblemesh.cli.stdio import expendable_messages, write_output
 
 __all__ = ["app", "main"]
@@ -21,7 +21,7 @@ for command in (
     *(quality.quality, plot.plot, convert.convert, partition.partition),
     *(templates.schema, templates.init),
 ):
-    app.command()(reported()(command))
+    app.command()(reporting(command))
 
 
 @app.callback(invoke_without_command=True)

@@ -4,15 +4,16 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import wraps
 from types import FrameType
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
-from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError
+from bubblemesh.errors import INTERRUPTED, OUT_OF_MEMORY, BubblemeshError, FileError, LimitError, RequirementError
 from bubblemesh.files import outer_cause, unwritten
 from bubblemesh.messages import printable
 
@@ -90,19 +91,35 @@ def heed() -> None:
         raise Interrupted
 
 
+def reporting(command: Callable[..., None]) -> Callable[..., None]:
+    """The command, with `reported` errors."""
+
+    @wraps(command)
+    def reporting_command(**arguments: Any) -> None:
+        with reported(arguments.get("as_json", False)):
+            command(**arguments)
+
+    return reporting_command
+
+
 @contextmanager
-def reported() -> Iterator[None]:
-    """Turn errors into a message and the exit code of their class; only an error of the program has a traceback."""
+def reported(as_json: bool = False) -> Iterator[None]:
+    """Turn errors into a message and the exit code of their class; only an error of the program has a traceback.
+
+    With ``as_json`` the standard output gets both as well, if it has not got a report before.
+    """
     try:
         yield
     except typer.Exit:
         raise
-    except BubblemeshError as error:
+    except RequirementError as error:  # of what has a report
         raise failed(str(error), error.exit_code) from None
+    except BubblemeshError as error:
+        raise failed(str(error), error.exit_code, as_json) from None
     except (Interrupted, KeyboardInterrupt):
         raise failed("interrupted", INTERRUPTED) from None
     except MemoryError:
-        raise failed(OUT_OF_MEMORY, LimitError.exit_code) from None
+        raise failed(OUT_OF_MEMORY, LimitError.exit_code, as_json) from None
     except BrokenPipeError:  # of the standard output: the error stream drops its messages by itself
         _drop_output()
         raise failed("the reader of the standard output has gone", FileError.exit_code) from None
@@ -110,11 +127,12 @@ def reported() -> Iterator[None]:
         if received:  # a library that was being loaded may have turned the interrupt into any error
             raise failed("interrupted", INTERRUPTED) from None
         if outer := outer_cause(error):
-            raise failed(str(outer), outer.exit_code) from None
+            raise failed(str(outer), outer.exit_code, as_json) from None
         from bubblemesh import console
 
         console.tell(traceback.format_exc().rstrip())
-        raise failed("this is an error of bubblemesh, not of the case: please report it") from None
+        told = "this is an error of bubblemesh, not of the case: please report it"
+        raise failed(told, as_json=as_json) from None
 
 
 def _drop_output() -> None:
@@ -122,11 +140,16 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def failed(message: str, exit_code: int = BubblemeshError.exit_code) -> typer.Exit:
+def failed(message: str, exit_code: int = BubblemeshError.exit_code, as_json: bool = False) -> typer.Exit:
     """Print why the command ends, and return the exception that ends it."""
     from bubblemesh import console
 
     console.fail(message)
+    if as_json:
+        from bubblemesh.cli.stdio import write_json
+
+        with suppress(BubblemeshError, BrokenPipeError):  # of a standard output that cannot be written
+            write_json({"exit_code": exit_code, "error": message})
     return typer.Exit(exit_code)
 
 

@@ -234,6 +234,7 @@ def _report_warnings(best: PackedProblem, found: Measured, done: Completed) -> t
         *warnings.poor_result(found.figures, as_many, packed_finer=problem.packed_finer),
         *warnings.jumps_at_layers(found.layers),
         *warnings.unsteady_ellipses(found.metric, adapted=adapted),
+        *warnings.dry_water(done.water),
         *(() if target is None else warnings.missed_node_target(target, best.nodes)),
         *(
             warnings.nodes_of_layers(target.nodes, layers.own_nodes, best.scale)

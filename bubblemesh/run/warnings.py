@@ -14,9 +14,11 @@ if TYPE_CHECKING:
     from bubblemesh.packing.refinement import Refined
     from bubblemesh.problem.node_target import NodeTarget
     from bubblemesh.run.metric import MetricRow, ShortenedRow
+    from bubblemesh.run.water import WaterRow
 
 POOR_QUALITY = 0.2
 FEWEST, MOST = 0.9, 1.15  # nodes in terms of the ideal number
+MOSTLY_DRY = 0.5  # share of the nodes
 COARSER = 2.0  # times the sizes that a solution asks for: larger ones have a warning
 JUMP = 4.0  # ratio of the sizes across of ellipses at both ends of an edge, from which it is told
 TURN = 60.0  # degrees between their long axes, from which it is told
@@ -38,6 +40,16 @@ def poor_result(figures: Mapping[str, Any], ideal_nodes: float | None, *, packed
     if figures["boundary_nodes"] == figures["nodes"]:
         warnings.append("all nodes are on the boundary: the spacing is too large for a node inside")
     return warnings
+
+
+def dry_water(water: "WaterRow | None") -> list[str]:
+    """Warning of depths most of which are above the water's level, as heights are."""
+    if water is None or water.dry <= MOSTLY_DRY:
+        return []
+    return [
+        f"the depth is not above 0 at {water.dry:.0%} of the nodes, which are dry: it counts down from the water's "
+        "level; of heights take the negative ones, as -raster.NAME"
+    ]
 
 
 def unsteady_ellipses(metric: "MetricRow | None", *, adapted: bool) -> list[str]:

@@ -35,10 +35,12 @@ class WaterRow:
 
     ``time_step`` is that in which long waves pass the edge that they pass first, in seconds: at a Courant number of 1;
     ``time_step_at`` the middle of that edge. ``land_triangles`` have all of their nodes on closed boundaries,
-    ``dead_ends`` two sides; ``cut_off`` are those that are joined to the open sea by a point only.
+    ``dead_ends`` two sides; ``cut_off`` are those that are joined to the open sea by a point only. ``dry`` is the share
+    of the nodes that are not below the water's level.
     """
 
     depth: tuple[float, float]
+    dry: float
     time_step: float | None  # none where all is dry
     time_step_at: tuple[float, float] | None
     most_neighbours: int
@@ -62,6 +64,7 @@ class WaterRow:
         closed[closed_facets(mesh)] = True
         return cls(
             (float(depth.min()), float(depth.max())),
+            float((depth <= 0).mean()),
             float(times[first]) if wet.any() else None,
             (x, y) if wet.any() else None,
             int(np.bincount(edges.ravel()).max()),

@@ -1,6 +1,7 @@
 """Errors that end a command: their messages and exit codes."""
 
 import errno
+import json
 import os
 import sys
 
@@ -133,3 +134,32 @@ def test_only_an_interrupt_that_a_finalizer_drops_is_not_told_of(monkeypatch, ca
 
         Faulty()
     assert [what.exc_type for what in told] == [ZeroDivisionError]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["check", "bow.yaml"], 3, "bow.yaml:1: domain: the outer ring crosses or touches itself at (0.5, 0.5): "),
+        (["run", "bow.yaml", "-q"], 3, "bow.yaml:1: domain: the outer ring crosses or touches itself at (0.5, 0.5): "),
+        (["check", "none.yaml"], 5, "none.yaml: the case file cannot be read: "),
+        (["quality", "none.msh"], 5, "none.msh: the file cannot be read: "),
+        (["convert", "none.msh", "a.vtu"], 5, "none.msh: the file cannot be read: "),
+    ],
+)
+def test_json_has_the_error_of_what_fails(arguments, code, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bow.yaml").write_text("domain: {outer: {polygon: [[0, 0], [1, 1], [1, 0], [0, 1]]}}\nspacing: 0.1\n")
+    result = CliRunner().invoke(app, [*arguments, "--json"])
+    data = json.loads(result.stdout)
+    assert (result.exit_code, data["exit_code"]) == (code, code)
+    assert data["error"].startswith(told)
+    assert result.stderr.startswith(f"error: {told}")
+    assert CliRunner().invoke(app, arguments).stdout == ""
+
+
+def test_json_of_a_mesh_that_misses_a_requirement_is_its_report(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.5\nrequire: {quality_mean: 0.9999}\n"
+    result = CliRunner().invoke(app, ["run", "-", "--json", "-q", "-o", "out"], input=text)
+    assert result.exit_code == 4
+    assert json.loads(result.stdout)["quality"]["mean"] < 0.9999

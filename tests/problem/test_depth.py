@@ -344,6 +344,14 @@ def test_the_report_tells_the_time_step_and_what_cannot_flow():
     assert "water" not in mesh_case(case(10e3)).report
 
 
+@pytest.mark.parametrize(("depth", "dry"), [("x/1000 - 90", 0.9), ("x/1000 - 30", 0.3), ("40", 0)])
+def test_heights_taken_as_depths_are_told(depth, dry):
+    report = mesh_case(case(5e3, domain=BASIN, output={"depth": depth})).report
+    assert report["water"]["dry"] == pytest.approx(dry, abs=0.05)
+    told = f"the depth is not above 0 at {report['water']['dry']:.0%} of the nodes, which are dry: it counts down"
+    assert any(text.startswith(told) for text in report["warnings"]) == (dry > 0.5)
+
+
 BOW_TIE = Mesh(  # two triangles and a third one that a point joins to them; the first is the sea's
     np.array([[0.0, 0], [1, 0], [1, 1], [0, 1], [2, 1], [2, 2]]),
     np.array([[0, 1, 2], [0, 2, 3], [2, 4, 5]]),
