@@ -12,7 +12,7 @@ from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.borders import matched
-from bubblemesh.geometry.nesting import shapes_of, thick
+from bubblemesh.geometry.nesting import Shapes, shapes_of, thick
 from bubblemesh.geometry.paths import Area, Line, Point, Ring, RingChange
 from bubblemesh.geometry.repair import Repair
 from bubblemesh.geometry.validity import explained, simple_polygon
@@ -177,8 +177,17 @@ def _area(shape: shapely.Polygon, label: str | None = None, origin: str | None =
 def united(areas: Sequence[Area]) -> list[Area]:
     """The union of straight-sided areas, as areas."""
     shapes = shapes_of(areas)
-    whole = shapely.coverage_union_all(shapes) if shapely.coverage_is_valid(shapes) else shapely.union_all(shapes)
-    size = float(np.ptp(shapely.total_bounds(whole).reshape(2, 2), axis=0).max())
-    parts = np.array(thick(whole, TOUCHING * size).geoms)  # where areas do not meet exactly there are flat holes
+    size = float(np.ptp(shapely.total_bounds(shapes).reshape(2, 2), axis=0).max())
+    parts = _united(shapes, size)
+    if shapely.STRtree(parts).query(parts, predicate="intersects").shape[1] > len(parts):
+        rounded = _united(shapes, size, TOUCHING * size)
+        parts = rounded if len(rounded) < len(parts) else parts  # some have a common side but for rounding
     order = np.argsort(-shapely.area(parts), kind="stable")
     return [_area(part) for part in parts[order]]
+
+
+def _united(shapes: Shapes, size: float, grid: float | None = None) -> Shapes:
+    """The parts of the union of polygons of a ``size`` together, by coordinates that are multiples of a ``grid``."""
+    exact = grid is None and shapely.coverage_is_valid(shapes)
+    whole = shapely.coverage_union_all(shapes) if exact else shapely.union_all(shapes, grid_size=grid)
+    return np.array(thick(whole, TOUCHING * size).geoms)  # where areas do not meet exactly there are flat holes
