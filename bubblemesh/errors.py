@@ -53,7 +53,10 @@ class GeometryError(BubblemeshError):
 
     exit_code = 3
     mendable = True  # whether a repair of the rings may help
-    advised = False  # whether it names another key that helps
+
+
+class NeighbourError(GeometryError):
+    """Neighbours of a file do not share a border; the message names the ``join`` by which they do."""
 
 
 class RequirementError(BubblemeshError):

@@ -1,6 +1,6 @@
 """The domain of a case file: its rings, its regions, and the lines and points embedded in it."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag
 
@@ -97,6 +97,9 @@ class InnerKeys(Strict):
 
     regions: Annotated[tuple[RegionEntry, ...], BeforeValidator(_as_list, json_schema_input_type=Regions)] = Field(
         default=(), description="Parts of the domain with names of their own, drawn, around points, or from files."
+    )
+    overlaps: Literal["refused", "later"] = Field(
+        default="refused", description="Where regions overlap: an error, or that of the later one in the list."
     )
     region: Label = Field(default="domain", description="Name of the domain, or of what regions leave of it.")
     lines: tuple[LineKeys, ...] = Field(default=(), description="Lines that edges of the mesh follow.")

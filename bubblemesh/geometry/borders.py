@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.errors import GeometryError
+from bubblemesh.errors import GeometryError, NeighbourError
 from bubblemesh.geometry.arrangement import NEARLY, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.near_vertices import without_near_vertices
 from bubblemesh.geometry.neighbours import gaps_between, merged, owners
@@ -74,7 +74,7 @@ def _matched_in_pairs(shapes: Shapes, names: Sequence[str], join: float | None, 
     where = place(borders.points[widest])
     pair = _named(names, borders.owner[widest], moves.other[widest])
     if join is None and width > rounding:
-        raise _advised(
+        raise NeighbourError(
             f"{pair} are {width:.2g} apart at {where}, or overlap by that: set join: {just_above(width)} to close it"
         )
     found = borders.rebuilt(shapes, moves)
@@ -292,7 +292,7 @@ def _overlapping(
     beyond = shapely.difference(shapes[inner], shapes[outer])
     out = float(widths(np.array([beyond]))[0])
     if out < width and float(just_above(out)) <= most:
-        return _advised(
+        return NeighbourError(
             f"{names[inner]!r} sticks out of {names[outer]!r} by {out:.2g} at {place(_inside(beyond))}: set "
             f"join: {just_above(out)} if it is to be inside, or correct the file"
         )
@@ -306,20 +306,13 @@ def _overlapping(
         return error
     if float(just_above(width)) > most:
         return GeometryError(
-            f"{both} overlap by {width:.2g} at {where}, too much for a join: correct the file, leave out one, or give "
-            "each its own entry, one of them with ring: {minus: [{file: ...}, {file: ...}]}"
+            f"{both} overlap by {width:.2g} at {where}, too much for a join: correct the file, leave out one, or set "
+            "overlaps: later in domain, by which the later one counts"
         )
-    return _advised(
+    return NeighbourError(
         f"{both} overlap by {width:.2g} at {where}: set join: {just_above(width)} if they are to share a border there, "
         "or correct the file"
     )
-
-
-def _advised(text: str) -> GeometryError:
-    """The error of neighbours that names the ``join`` which mends them."""
-    error = GeometryError(text)
-    error.advised = True
-    return error
 
 
 def widths(shapes: Shapes) -> Floats:

@@ -22,7 +22,17 @@ from bubblemesh.case.domain import (
 from bubblemesh.case.lines_and_points import PointFile
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
-from bubblemesh.errors import BubblemeshError, CaseError, GeometryError, Key, about, coarsened_by, prefixed
+from bubblemesh.errors import (
+    BubblemeshError,
+    CaseError,
+    GeometryError,
+    Key,
+    NeighbourError,
+    about,
+    coarsened_by,
+    prefixed,
+)
+from bubblemesh.geometry.arrangement.covering import covered
 from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
 from bubblemesh.geometry.domain import Domain
@@ -152,7 +162,7 @@ def _advice(keys: DomainKeys, error: GeometryError) -> str:
         try:
             _domain(repaired)
         except GeometryError as other:
-            if not then and other.advised and not error.advised:
+            if not then and isinstance(other, NeighbourError) and not isinstance(error, NeighbourError):
                 then = f"{advice}, and then: {other.text}"
         except BubblemeshError:
             pass
@@ -238,9 +248,10 @@ def _inner_parts(keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
 def _with_regions(keys: InnerKeys) -> InnerParts:
     """Regions of a domain, and points in further ones."""
     found = list(_regions(keys))
-    regions = tuple(one for one in found if isinstance(one, Region))
+    regions = [one for one in found if isinstance(one, Region)]
+    regions = covered(regions) if keys.overlaps == "later" else regions
     seeds = tuple(one for one in found if isinstance(one, Seed))
-    return InnerParts(regions, keys.region, periodic=keys.periodic, seeds=seeds)
+    return InnerParts(tuple(regions), keys.region, periodic=keys.periodic, seeds=seeds)
 
 
 def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
@@ -260,7 +271,7 @@ def _regions(keys: InnerKeys) -> Iterator[Region | Seed]:
         match model:
             case RegionFile():
                 with about(key):
-                    found = _regions_of_file(model)
+                    found = _regions_of_file(model, ordered=keys.overlaps == "later")
                     for one in found:
                         if (other := seen.setdefault(str(one.name), number)) != number:
                             raise _named_twice(one, model, is_rest=other == REST)
@@ -296,12 +307,13 @@ def _named_twice(area: Area | Seed, keys: RegionFile, is_rest: bool) -> CaseErro
     return CaseError(f"{where}: {area.name!r} is the name of another region too: rename one of them")
 
 
-def _regions_of_file(keys: RegionFile) -> list[Area] | list[Seed]:
-    """Areas of a file that share borders, with their names, or points in regions."""
+def _regions_of_file(keys: RegionFile, ordered: bool) -> list[Area] | list[Seed]:
+    """Areas of a file that share borders, with their names, or points in regions; if ``ordered``, later ones cover."""
     if keys.part is not None:
         raise CaseError("part is not for regions that share borders: leave it out")
     found, points = list[Area](), list[Seed]()
-    for one in readers.read_regions(Path(keys.file), selection_of(keys), keys.name, limits=keys.largest is None):
+    limits = keys.largest is None
+    for one in readers.read_regions(Path(keys.file), selection_of(keys), keys.name, limits, ordered):
         if isinstance(one, Area):
             found.append(one.mapped(lambda ring: ring.labelled(keys.label)))
         else:

@@ -142,10 +142,13 @@ def read_shapes(path: Path, selection: Selection, united: bool = False, nested: 
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
-def read_regions(path: Path, selection: Selection, key: str, limits: bool = True) -> list[Area] | list[RegionPoint]:
+def read_regions(
+    path: Path, selection: Selection, key: str, limits: bool = True, ordered: bool = False
+) -> list[Area] | list[RegionPoint]:
     """Areas of a file whose features share borders, named by their property ``key``, or by their layer for "layer".
 
-    With ``limits`` they have the largest areas of triangles that the file gives. The first ring has the notes on the
+    With ``limits`` they have the largest areas of triangles that the file gives; if they are ``ordered``, later ones
+    cover earlier ones of other names. The first ring has the notes on the
     whole file. If all named features are points they are returned, the first one with the notes. The same errors as
     `read_areas`, and GeometryError if neighbours overlap.
     """
@@ -163,7 +166,7 @@ def read_regions(path: Path, selection: Selection, key: str, limits: bool = True
                 RegionPoint((x * factor, y * factor), name, () if k else told)
                 for k, ((x, y), name) in enumerate(points)
             ]
-        areas, notes = named_areas(features, key, selection, size)
+        areas, notes = named_areas(features, key, selection, size, ordered)
         if selection.repair is not None:
             areas = selection.repair.of_neighbours(areas)
         given = largest_by_name(features, key) if limits else {}

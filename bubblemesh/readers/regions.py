@@ -11,8 +11,9 @@ from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
+from bubblemesh.geometry.arrangement.covering import later_ones, nothing_left
 from bubblemesh.geometry.borders import matched
-from bubblemesh.geometry.nesting import Shapes, shapes_of, thick
+from bubblemesh.geometry.nesting import Shapes, polygons_of, shapes_of, thick
 from bubblemesh.geometry.paths import Area, Line, Point, Ring, RingChange
 from bubblemesh.geometry.repair import Repair
 from bubblemesh.geometry.validity import explained, simple_polygon
@@ -27,14 +28,15 @@ OF_ANY_FEATURE = LAYER, "fid"  # what features have beside the properties that a
 
 
 def named_areas(
-    features: Sequence[Feature], key: str, selection: Selection, size: float
+    features: Sequence[Feature], key: str, selection: Selection, size: float, ordered: bool = False
 ) -> tuple[list[Area], list[str]]:
     """Areas of features, named by their property ``key``, whose borders are exactly shared, and notes.
 
-    Areas with the same name that share a border become one. If the selection asks for a repair those of each name are
-    mended first, and gaps up to its gap, of features of that ``size``, are closed between all of them. CaseError if
-    there is no such property, or a value of it cannot be a name; GeometryError if neighbours overlap by more than the
-    selection's ``join``.
+    Areas with the same name that share a border become one. If they are ``ordered``, by the first feature of each name,
+    straight-sided ones are left without what later ones cover; curved ones overlap as they did. If the selection asks
+    for a repair those of each name are mended first, and gaps up to its gap, of features of that ``size``, are closed
+    between all of them. CaseError if there is no such property, or a value of it cannot be a name; GeometryError if
+    neighbours overlap by more than the selection's ``join``.
     """
     groups: dict[str, list[Feature]] = {}
     if any(one.spare == REGION for one in features):
@@ -66,6 +68,7 @@ def named_areas(
             found += [replace(area, name=name) for area in areas]
         notes += bounds.notes
     if all(map(is_straight, found)):
+        found = _uncovered(found) if ordered else found
         width = mend.gap if mend is not None and selection.join is None else selection.join
         found, notes = _matched(found, notes, width, "join" if selection.join else "repair.gap")
     if not changes:
@@ -129,16 +132,10 @@ def _value(feature: Feature, key: str) -> str:
 
 def _matched(areas: list[Area], notes: list[str], join: float | None, key: str) -> tuple[list[Area], list[str]]:
     """Straight-sided areas with exactly shared borders; areas with the same name that share a border are united."""
-    for area in areas:
-        for ring in area.rings:
-            with prefixed(f"region {area.name!r}"):
-                simple_polygon(ring.outline, ring.origin or "its ring")
+    _require_valid(areas)
     areas = _wide(areas)
-    names, given = [str(area.name) for area in areas], shapes_of(areas)
-    for number in np.flatnonzero(~shapely.is_valid(given)).tolist():
-        where = explained(given[number])[1]
-        raise GeometryError(f"holes of region {names[number]!r} cross its ring or each other at {where}: move them")
-    shapes, changed, told = matched(given, names, join, key)
+    names = [str(area.name) for area in areas]
+    shapes, changed, told = matched(shapes_of(areas), names, join, key)
     members: dict[str, list[int]] = {}
     for number, name in enumerate(names):
         members.setdefault(name, []).append(number)
@@ -149,11 +146,42 @@ def _matched(areas: list[Area], notes: list[str], join: float | None, key: str) 
         if len(parts) == len(numbers) and not changed[numbers].any():
             found += [areas[number] for number in numbers]
         else:
-            like = areas[numbers[0]]
-            labels = {side.label for ring in like.rings for side in ring.sides}
-            label = next(iter(labels)) if len(labels) == 1 else None
-            found += [replace(_area(part, label, like.outer.origin), name=like.name) for part in parts]
+            found += [_like(areas[numbers[0]], part) for part in parts]
     return found, [*notes, *told]
+
+
+def _require_valid(areas: Sequence[Area]) -> None:
+    """Check that rings are simple, and holes within them; GeometryError with the name of the region and the place."""
+    for area in areas:
+        for ring in area.rings:
+            with prefixed(f"region {area.name!r}"):
+                simple_polygon(ring.outline, ring.origin or "its ring")
+    shapes = shapes_of(areas)
+    for number in np.flatnonzero(~shapely.is_valid(shapes)).tolist():
+        where = explained(shapes[number])[1]
+        raise GeometryError(
+            f"holes of region {areas[number].name!r} cross its ring or each other at {where}: move them"
+        )
+
+
+def _like(area: Area, shape: shapely.Polygon) -> Area:
+    """The area of a polygon, with the name and the origin of another one, and its label if it has one only."""
+    labels = {side.label for ring in area.rings for side in ring.sides}
+    label = next(iter(labels)) if len(labels) == 1 else None
+    return replace(_area(shape, label, area.outer.origin), name=area.name)
+
+
+def _uncovered(areas: list[Area]) -> list[Area]:
+    """Straight-sided areas without what later ones of other names cover of them."""
+    _require_valid(areas)
+    shapes, names = shapes_of(areas), [str(area.name) for area in areas]
+    found = list[Area]()
+    for number, over in enumerate(later_ones(shapes.tolist(), names)):
+        left = polygons_of(shapely.difference(shapes[number], shapely.union_all(shapes[over])))
+        if not left:
+            raise nothing_left(names[number], shapes[number], names[over[-1]])
+        found += [_like(areas[number], part) for part in left] if over else [areas[number]]
+    return found
 
 
 def _wide(areas: list[Area]) -> list[Area]:

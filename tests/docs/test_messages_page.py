@@ -11,7 +11,10 @@ PACKAGE = ROOT / "bubblemesh"
 PAGE = ROOT / "docs" / "messages.md"
 ROOMS = ("readers", "geometry", "layers", "files")
 PROBLEM = ("compatibility", "domain", "drawing", "layers", "lines_and_points", "prepare", "regions", "repair", "shapes")
-ERRORS = ("CaseError", "FileError", "GeometryError", "HighLayerError", "LimitError", "NodeLimitError", "UnwrittenError")
+ERRORS = (
+    *("CaseError", "FileError", "GeometryError", "HighLayerError", "LimitError", "NeighbourError", "NodeLimitError"),
+    "UnwrittenError",
+)
 WORD = re.compile(r"[a-z]{3}")
 QUOTED = re.compile(r"^\| `([^`]+)` \|", re.MULTILINE)
 

@@ -122,7 +122,8 @@ def test_without_join_an_error_names_both_the_width_and_the_key_that_helps(found
 
 def test_an_overlap_that_no_join_closes_is_told_without_one(found):
     with pytest.raises(
-        GeometryError, match=r"'west' and 'east' overlap by 0\.2 at .*, too much for a join: correct.* ring: \{minus: "
+        GeometryError,
+        match=r"'west' and 'east' overlap by 0\.2 at .*, too much for a join: .* overlaps: later in ",
     ):
         found(LAND, west=WEST, east=shapely.box(0.8, 0.2, 3, 0.8))
 
@@ -610,3 +611,30 @@ def test_what_is_to_be_done_after_a_repair_is_told_too(found):
         found(LAND, west=bow, east=shapely.box(0.99, 0, 3, 1))
     assert "crosses or touches itself" in str(error.value)
     assert re.search(r"; repair: true in domain.regions.0 mends it, and then: .* set join: ", str(error.value))
+
+
+ORDERED = LAND.replace("{regions", "{overlaps: later, regions")
+
+
+def test_later_features_cover_earlier_ones(found):
+    domain = found(
+        ORDERED, west=shapely.box(0, 0, 2, 2), bar=shapely.box(-1, 0.5, 3, 1), east=shapely.box(1.5, 0, 3, 2)
+    )
+    areas = {}
+    for region in domain.parts.regions:
+        areas[region.name] = areas.get(region.name, 0) + region.polygon.area
+    assert areas == pytest.approx({"west": 1.5 * 2 - 1.5 * 0.5, "bar": 2.5 * 0.5, "east": 3})
+
+
+def test_slivers_up_to_join_are_closed_where_later_features_cover(found):
+    text = ORDERED.replace("}", ", join: 0.01}", 1)
+    domain = found(text, west=shapely.box(0, 0, 0.995, 2), east=EAST, top=shapely.box(0.5, 1, 2, 2))
+    assert domain.polygon.area == pytest.approx(sum(region.polygon.area for region in domain.parts.regions))
+    assert len(domain.polygon.interiors) == 0
+
+
+def test_a_feature_that_later_ones_cover_is_told(found):
+    with pytest.raises(
+        GeometryError, match=r"nothing is left of region 'west' at .*: 'east', which comes later, covers"
+    ):
+        found(ORDERED, west=WEST, east=shapely.box(-1, -1, 3, 3))

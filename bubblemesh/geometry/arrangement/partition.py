@@ -192,8 +192,9 @@ class _Sides:
                     f"two areas of region {self.regions[i].name!r} overlap at {where}: make them one by {union}"
                 )
             minus = "ring: {minus: [..., ...]}" if in_case else "the difference of their shapes"
+            covering = ", or set overlaps: later in domain, by which the later one counts" if in_case else ""
             raise GeometryError(
-                f"{names} overlap at {where}: give them a common side, or take one from the other by {minus}"
+                f"{names} overlap at {where}: give them a common side, or take one from the other by {minus}{covering}"
             )
 
     @property
