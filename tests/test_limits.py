@@ -2,12 +2,14 @@
 
 import gc
 import importlib
+import re
 import subprocess
 import sys
 import threading
 from dataclasses import replace
 from functools import partial
 from itertools import count
+from pathlib import Path
 from time import perf_counter, process_time
 
 import numpy as np
@@ -74,6 +76,24 @@ def test_a_late_run_ends_with_the_name_of_its_stage_and_what_to_do(stage, strict
     assert time_left() == np.inf
 
 
+def test_after_a_stage_within_another_one_a_late_run_names_the_outer_one(strict):
+    def run():
+        stopwatch = limits.Stopwatch()
+        with stopwatch.stage("spacing"):
+            with stopwatch.stage("metric"):
+                pass
+            spin()
+
+    with pytest.raises(LimitError, match=limits.STAGES["spacing"][0]):
+        in_time(run, 0.05)
+
+
+def test_every_stage_of_the_package_is_known():
+    package = Path(limits.__file__).parents[1]
+    texts = "".join(path.read_text(encoding="utf-8") for path in package.rglob("*.py"))
+    assert {*re.findall(r"(?:stage|enter)\(\"(\w+)\"\)", texts)} <= {*limits.STAGES}
+
+
 @pytest.mark.parametrize("stage", limits.STAGES)
 def test_only_a_packing_that_has_begun_may_end_later(stage, monkeypatch):
     monkeypatch.setattr(limits, "GRACE", PLENTY)
@@ -83,7 +103,7 @@ def test_only_a_packing_that_has_begun_may_end_later(stage, monkeypatch):
         enter(stage)
         spin(seconds=0.3)
 
-    if stage in ("reading", "geometry", "estimate", "spacing", "layers"):
+    if stage in ("reading", "geometry", "estimate", "spacing", "metric", "layers"):
         with pytest.raises(LimitError, match=limits.STAGES[stage][0]):
             in_time(run, 0.05)
     else:

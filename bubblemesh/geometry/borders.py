@@ -1,7 +1,7 @@
 """Neighbours given one by one: slivers and overlaps between them closed, so that borders are exactly shared."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -266,9 +266,12 @@ def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float, roundin
 
     GeometryError for the widest overlap if that is above ``join``.
     """
+    shapes = shapes.copy()
+    for number in np.flatnonzero(~shapely.is_valid(shapes)).tolist():  # parts that share a side
+        shapes[number] = shapely.union_all(polygons_of(made_valid(shapes[number])), grid_size=rounding)
     i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     i, j = i[i < j], j[i < j]
-    common, size = shapely.intersection(shapes[i], shapes[j]), shapely.area(shapes)
+    common, size = _surely(shapely.intersection, shapes[i], shapes[j], rounding), shapely.area(shapes)
     area = shapely.area(common)
     nested = area >= (1 - INNERMOST) * np.minimum(size[i], size[j])
     over = np.flatnonzero((area > 0) & ~nested)
@@ -279,8 +282,17 @@ def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float, roundin
         raise _overlapping(shapes, names, (int(i[k]), int(j[k])), common[k], float(width.max()), len(wide) - 1)
     result = shapes.copy()
     for k in over[width > rounding].tolist():
-        result[j[k]] = shapely.MultiPolygon(polygons_of(shapely.difference(result[j[k]], result[i[k]])))
+        left = _surely(shapely.difference, result[j[k]], result[i[k]], rounding)
+        result[j[k]] = shapely.MultiPolygon(polygons_of(left))
     return result
+
+
+def _surely(operation: Callable[..., Any], one: Any, other: Any, rounding: float) -> Any:
+    """What an operation of Shapely makes of two shapes, or of many: on a grid if rounding would stop it."""
+    try:
+        return operation(one, other)
+    except shapely.errors.GEOSException:
+        return operation(one, other, grid_size=rounding)
 
 
 def _overlapping(

@@ -22,6 +22,7 @@ STAGES = {
     "geometry": ("reading and checking the geometry", "give its rings fewer points"),
     "estimate": ("estimating the error of the solution", "use a coarser mesh"),
     "spacing": ("checking the spacing", "use fewer and simpler terms, or rings of fewer points"),
+    "metric": ("finding the sizes of the metric", "give it larger sizes, or no gradation"),
     "layers": ("making boundary layers", "ask for fewer of them"),
     "placement": ("placing bubbles", "coarsen the spacing"),
     "packing": ("ending the packing", "coarsen the spacing"),
@@ -31,7 +32,7 @@ STAGES = {
     "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
 }
 GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, that a late packing has to end by itself
-BEFORE_PACKING = "reading", "geometry", "estimate", "spacing", "layers"  # there is no mesh yet to end with
+BEFORE_PACKING = "reading", "geometry", "estimate", "spacing", "metric", "layers"  # there is no mesh yet to end with
 SHORT_GRACE, SHORT_GRACE_SHARE = 0.1, 0.01  # the same for these stages, whose single calls may be long
 AGAIN = 1.0  # seconds until `Late` is raised once more, as a library may have swallowed it
 IMPORT_POLL = 0.02  # seconds after which to look again whether an import is over
@@ -258,6 +259,7 @@ class Stopwatch:
 
     def __init__(self, seconds: Mapping[str, float] | None = None) -> None:
         self._seconds = dict(seconds or {})
+        self._within = list[str]()  # the stages of the blocks that have begun, the innermost last
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -266,14 +268,21 @@ class Stopwatch:
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Enter a stage, and add the time of the block to it, without the times of stages within the block."""
+        """Enter a stage, and add the time of the block to it, without the times of stages within the block.
+
+        After a stage within another one that is entered again, unless an exception ends both.
+        """
         begun, others = perf_counter(), -sum(self._seconds.values())
         enter(name)
+        self._within.append(name)
         try:
             yield
         finally:
+            self._within.pop()
             others += sum(self._seconds.values())
             self._seconds[name] = self._seconds.get(name, 0.0) + perf_counter() - begun - others
+        if self._within:
+            enter(self._within[-1])
 
 
 def _watchdog() -> Watchdog | None:

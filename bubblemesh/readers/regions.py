@@ -11,7 +11,7 @@ from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
-from bubblemesh.geometry.arrangement.covering import later_ones, nothing_left
+from bubblemesh.geometry.arrangement.covering import later_ones, require_all_left
 from bubblemesh.geometry.borders import matched
 from bubblemesh.geometry.nesting import Shapes, polygons_of, shapes_of, thick
 from bubblemesh.geometry.paths import Area, Line, Point, Ring, RingChange
@@ -175,12 +175,12 @@ def _uncovered(areas: list[Area]) -> list[Area]:
     """Straight-sided areas without what later ones of other names cover of them."""
     _require_valid(areas)
     shapes, names = shapes_of(areas), [str(area.name) for area in areas]
-    found = list[Area]()
-    for number, over in enumerate(later_ones(shapes.tolist(), names)):
-        left = polygons_of(shapely.difference(shapes[number], shapely.union_all(shapes[over])))
-        if not left:
-            raise nothing_left(names[number], shapes[number], names[over[-1]])
-        found += [_like(areas[number], part) for part in left] if over else [areas[number]]
+    found, over = list[Area](), later_ones(shapes.tolist(), names)
+    for number, later in enumerate(over):
+        left = polygons_of(shapely.difference(shapes[number], shapely.union_all(shapes[later]))) if later else []
+        found += [_like(areas[number], part) for part in left] if later else [areas[number]]
+    left = [str(area.name) for area in found]
+    require_all_left(names, left, lambda k: (shapes[k], names[over[k][-1]], areas[k].outer.key))
     return found
 
 

@@ -106,3 +106,10 @@ def test_a_part_cut_off_and_a_region_beyond_the_domain():
     strip = {"name": "strip", "ring": {"rectangle": [-1, 1.9, 7, 2.1]}}
     domain = case_domain(case(A, strip))
     assert sorted(region.name for region in domain.parts.regions) == ["a", "a", "strip"]
+
+
+def test_a_part_of_a_region_may_be_covered_if_others_are_left(tmp_path):
+    (tmp_path / "a.wkt").write_text("MULTIPOLYGON (((0 0, 1 0, 1 1, 0 1, 0 0)), ((4 3, 5 3, 5 3.5, 4 3.5, 4 3)))")
+    two = {"name": "two", "ring": {"file": str(tmp_path / "a.wkt")}}
+    domain = case_domain(case(two, BAR | {"ring": {"rectangle": [3.9, 2.9, 5.1, 3.6]}}))
+    assert sorted(region.name for region in domain.parts.regions) == ["bar", "two"]
