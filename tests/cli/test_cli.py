@@ -42,10 +42,10 @@ def separately(*arguments, folder, stdin=None):
 
 
 def failed(process, exit_code):
-    """The message of a process that has to have failed with the code, without output or traceback."""
+    """The message of a process that has to have failed with the code, without traceback, or output but as JSON."""
     message = process.stderr.decode()
     assert process.returncode == exit_code, message
-    assert process.stdout == b""
+    assert process.stdout == b"" or json.loads(process.stdout)["error"] in message
     assert "Traceback" not in message
     return message
 
