@@ -18,7 +18,7 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.geography import Plane, Projecting, known_system
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.unprojection import Unprojection
-from bubblemesh.problem.files import named_files
+from bubblemesh.problem.files import named_files, unit_of_files
 from bubblemesh.problem.scale import SpacingAtScale
 from bubblemesh.records import record
 from bubblemesh.spacing.expression import DistanceTo, Expression, Rasters, names_in
@@ -143,9 +143,10 @@ def require_one_unit(keys: DomainKeys, domain: Domain, finest: float) -> None:
     """Check that a domain of maps without a system is no coast in degrees with sizes in metres; CaseError if it is.
 
     That is sure where all coordinates are in the range of degrees, and nowhere is the spacing as fine as twice the size
-    of the domain.
+    of the domain. A file whose unit the case names is in no degrees.
     """
-    _require_one_unit(keys, domain.bounds, finest)
+    if unit_of_files(keys) is None:
+        _require_one_unit(keys, domain.bounds, finest)
 
 
 def require_one_unit_in_box(keys: ShoreDomain, terms: SpacingTerms) -> None:

@@ -683,3 +683,15 @@ def test_solutions_are_in_the_plane():
     advice = "run the case with crs.to: auto, solve on that mesh, and adapt with crs.to: auto"
     with pytest.raises(CaseError, match=f"crs.to: the solution has to be on a mesh in the plane: {advice}"):
         adapted(case(), None, Target())
+
+
+@pytest.mark.parametrize(("keys", "told"), [("", None), (", units: um", "units: um made its lengths metres")])
+def test_lengths_of_a_unit_that_the_case_names_are_no_degrees(keys, told, tmp_path):
+    (tmp_path / "a.geojson").write_text('{"type": "Polygon", "coordinates": [[[0, 0], [80, 0], [80, 80], [0, 0]]]}')
+    text = f"domain: {{file: a.geojson{keys}}}\nspacing: 500\n"
+    found = load_case(tmp_path / "a.yaml", text=text)
+    if told is None:
+        with pytest.raises(CaseError, match="coordinates in degrees"):
+            prepare(found)
+    else:
+        assert any(told in warning for warning in prepare(found).warnings)
