@@ -1,6 +1,6 @@
 """Destination of the products of a run: a folder, one file, or a stream."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from functools import cached_property, partial
 from typing import Any, BinaryIO
@@ -25,6 +25,7 @@ from bubblemesh.meshfiles.writing import (
     write_files,
     write_stream,
 )
+from bubblemesh.messages import counted
 from bubblemesh.records import record
 from bubblemesh.run.pipeline import Result, SlicedResult
 
@@ -108,7 +109,7 @@ class StreamDestination:
 def _with_formats_told(
     report: Mapping[str, Any], mesh: Mesh | SlicedMesh, formats: Sequence[FormatName]
 ) -> Mapping[str, Any]:
-    """The report of a mesh, with warnings of formats that have no place for its partition, or take much memory."""
+    """The report of a mesh, with warnings of formats: of names, no place for its partition, and much memory."""
     if not isinstance(mesh, Mesh):
         return report
     warned, lacking, whole = list[str](), without_partition(formats), whole_only(formats)
@@ -123,7 +124,23 @@ def _with_formats_told(
             f"{', '.join(pieces)}: in one piece, since the whole mesh is needed for {', '.join(reasons)}: leave that "
             "to another run, or set output.partition"
         )
+    warned += _taken_names(mesh, formats)
     return {**report, "warnings": [*report["warnings"], *warned]} if warned else report
+
+
+def _taken_names(mesh: Mesh, formats: Sequence[FormatName]) -> Iterator[str]:
+    """Warnings of groups that formats call by other names, while other groups have theirs there, but for capitals."""
+    for form in formats:
+        words = FORMATS[form].names(mesh) or {}
+        owners = {word.casefold(): name for name, word in words.items()}
+        taken = [name for name, word in words.items() if word != name and owners.get(name.casefold(), name) != name]
+        if taken:
+            name = min(taken, key=len)  # rather than that of its rim
+            more = f", and {counted(len(taken) - 1, 'more name')}" if len(taken) > 1 else ""
+            yield (
+                f"{form}: {name!r} is called {words[name]!r} there, since {owners[name.casefold()]!r} has this name in "
+                f"the format{more}: give them names that differ by more"
+            )
 
 
 def _page(result: Result | SlicedResult, report: Mapping[str, Any]) -> str:

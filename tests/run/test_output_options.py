@@ -1,5 +1,6 @@
 """Where results go: never over a file that is read for them."""
 
+import json
 from contextlib import chdir
 
 import pytest
@@ -74,3 +75,25 @@ def test_no_case_of_a_batch_overwrites_what_another_one_reads(tmp_path, monkeypa
     with pytest.raises(FileError, match=r"one\.vtu: the results of a\.yaml would overwrite this file$"):
         plan_cases(["a.yaml", "b.yaml"], BatchOptions(folder="."))
     assert len(plan_cases(["a.yaml", "b.yaml"], BatchOptions(folder="out"))) == 2
+
+
+@pytest.mark.parametrize(
+    ("names", "form", "told"),
+    [
+        (["Fibre", "fibre"], "inp", "inp: 'fibre' is called 'fibre_"),
+        (["a b", "a_b"], "inp", "inp: 'a_b' is called 'a_b_"),
+        (["Fibre", "fibre"], "msh", None),
+        (["a b", "c"], "inp", None),
+    ],
+)
+def test_names_that_other_groups_have_in_a_format_are_told(names, form, told, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    boxes = [f"{{name: {name}, ring: {{rectangle: [{k}.2, 0.5, {k}.8, 1]}}}}" for k, name in enumerate(names)]
+    text = f"domain: {{outer: {{rectangle: [0, 0, 2, 2]}}, regions: [{', '.join(boxes)}]}}\nspacing: 0.3\n"
+    (tmp_path / "a.yaml").write_text(text)
+    code, out, _ = command("run", "a.yaml", "-o", f"a.{form}", "--json", "-q")
+    warnings = json.loads(out)["warnings"]
+    assert code == 0
+    found = [text for text in warnings if "has this name in the format" in text]
+    assert len(found) == (told is not None)
+    assert all(text.startswith(told) for text in found)
