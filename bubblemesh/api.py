@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
@@ -41,6 +41,7 @@ def mesh(
     regions: Regions | None = None,
     lines: Lines | None = None,
     points: Points | None = None,
+    overlaps: Literal["refused", "later"] = "refused",
     corners: float | None = None,
     smooth: bool = False,
     tolerance: float | None = None,
@@ -86,6 +87,9 @@ def mesh(
         ``{"inlet": [(0, 0), (0, 1)]}``.
     points : mapping of str, optional
         Points inside that are nodes, by their labels: (x, y), or several as an array (n, 2).
+    overlaps : {"refused", "later"}
+        Where regions overlap, but not by one being inside the other: an error, or they cover those before them in the
+        mapping, as in a drawing.
     corners, smooth, tolerance
         As of a ring in a case file: only vertices that turn by more than ``corners`` degrees are nodes, what is between
         them is spaced anew, ``smooth`` along a spline, and at most the ``tolerance`` from the ring.
@@ -126,7 +130,8 @@ def mesh(
     RequirementError
         If ``angle_min`` or ``largest`` cannot be reached.
     """
-    drawing = ProgramRings(geometry, holes, labels, corners, smooth, tolerance, ProgramParts(regions, lines, points))
+    inside = ProgramParts(regions, lines, points, overlaps)
+    drawing = ProgramRings(geometry, holes, labels, corners, smooth, tolerance, inside)
     options = MeshOptions(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
     with in_call("mesh()", "geometry", "max_nodes"), own_places():
         told = in_steps(progress)

@@ -242,16 +242,22 @@ def _areas_of_file(keys: FileDomain) -> list[Area]:
 
 def _inner_parts(keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
     """Regions in areas, and what is embedded; errors say which one it is."""
-    return _with_embedded(_with_regions(keys), keys, areas)
+    return _with_embedded(_in_layers(_with_regions(keys), keys, areas), keys, areas)
 
 
 def _with_regions(keys: InnerKeys) -> InnerParts:
     """Regions of a domain, and points in further ones."""
     found = list(_regions(keys))
-    regions = [one for one in found if isinstance(one, Region)]
-    regions = covered(regions) if keys.overlaps == "later" else regions
+    regions = tuple(one for one in found if isinstance(one, Region))
     seeds = tuple(one for one in found if isinstance(one, Seed))
-    return InnerParts(tuple(regions), keys.region, periodic=keys.periodic, seeds=seeds)
+    return InnerParts(regions, keys.region, periodic=keys.periodic, seeds=seeds)
+
+
+def _in_layers(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
+    """The parts, later regions in areas covering earlier ones if the keys say so."""
+    if keys.overlaps == "refused":
+        return parts
+    return replace(parts, regions=tuple(covered(parts.regions, [area.outer for area in areas])))
 
 
 def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
@@ -346,7 +352,7 @@ def _covering(keys: RegionDomain) -> tuple[list[Area], InnerParts]:
         with about(parts.seeds[0].key):
             raise CaseError("points name regions in a domain that outer or file gives: add that")
     areas = _covered(keys, parts)
-    return areas, _with_embedded(parts, keys, areas)
+    return areas, _with_embedded(_in_layers(parts, keys, areas), keys, areas)
 
 
 def _covered(keys: RegionDomain, parts: InnerParts) -> list[Area]:

@@ -175,7 +175,8 @@ def _uncovered(areas: list[Area]) -> list[Area]:
     """Straight-sided areas without what later ones of other names cover of them."""
     _require_valid(areas)
     shapes, names = shapes_of(areas), [str(area.name) for area in areas]
-    found, over = list[Area](), later_ones(shapes.tolist(), names)
+    thin = TOUCHING * float(np.ptp(shapely.total_bounds(shapes).reshape(2, 2), axis=0).max())
+    found, over = list[Area](), later_ones(shapes.tolist(), names, thin)
     for number, later in enumerate(over):
         left = polygons_of(shapely.difference(shapes[number], shapely.union_all(shapes[later]))) if later else []
         found += [_like(areas[number], part) for part in left] if later else [areas[number]]

@@ -100,7 +100,7 @@ def test_lines_and_regions_share_curves_with_the_rings_that_they_run_along(rule,
         (
             {"regions": {"a": DISC, "b": ACROSS}},
             GeometryError,
-            r"regions\['b'\].*'a' and 'b' overlap at .* one from the other by the difference of their shapes$",
+            r"regions\['b'\].*'a' and 'b' overlap at .* by the difference of their shapes, or set overlaps='later', ",
         ),
         ({"lines": {"l": DISC}}, CaseError, r"lines\['l'\]: must be a shapely.LineString.*found Polygon"),
         ({"lines": {"l": shapely.LineString()}}, GeometryError, r"lines\['l'\]: the line is empty"),
@@ -135,3 +135,24 @@ def test_errors_name_the_argument(arguments, error, match):
 def test_a_domain_has_its_own():
     with pytest.raises(CaseError, match="regions: a Domain has regions of its own"):
         bubblemesh.mesh(bubblemesh.Domain.of(rings.rectangle(0, 0, 1, 1)), 0.3, regions={"a": DISC})
+
+
+def test_later_regions_cover_earlier_ones():
+    over = {"low": LOW, "across": shapely.box(-1, -0.5, 1, 0.5)}
+    mesh = bubblemesh.mesh(BAR, 0.25, regions=over, overlaps="later")
+    check_embedded(mesh)
+    assert areas(mesh) == pytest.approx({"domain": 8 - 3.6 - 2 * 0.6, "low": 3.6 - 2 * 0.4, "across": 2})
+    assert length(mesh, "across-rim") == pytest.approx(6)
+
+
+def test_later_regions_cover_earlier_ones_as_curves():
+    discs = {"one": DISC, "two": shapely.affinity.translate(DISC, 0.5)}
+    mesh = bubblemesh.mesh(BAR, 0.1, regions=discs, overlaps="later", corners=30)
+    lens = 2 * np.pi / 3 - np.sqrt(3) / 2
+    assert areas(mesh)["one"] == pytest.approx(0.25 * (np.pi - lens), rel=0.03)
+    assert length(mesh, "two-rim") == pytest.approx(np.pi, rel=0.01)
+
+
+def test_overlaps_are_refused_or_later():
+    with pytest.raises(CaseError, match="overlaps: must be 'refused' or 'later' "):
+        bubblemesh.mesh(BAR, 0.25, overlaps="first")

@@ -626,6 +626,15 @@ def test_later_features_cover_earlier_ones(found):
     assert areas == pytest.approx({"west": 1.5 * 2 - 1.5 * 0.5, "bar": 2.5 * 0.5, "east": 3})
 
 
+def test_drawn_regions_cover_features_which_keep_their_order_and_their_domain(found):
+    lake = "{name: lake, ring: {circle: {center: [1, 1], radius: 0.5}}}"
+    text = ORDERED.replace("regions: {", "regions: [{").replace("}}", f"}}, {lake}]}}", 1)
+    domain = found(text, west=WEST, east=EAST)
+    assert domain.parts.names[1:] == ("west", "east", "lake")
+    assert domain.polygon.area == pytest.approx(shapely.union_all([WEST, EAST]).area)
+    assert len(domain.polygon.interiors) == 0
+
+
 def test_slivers_up_to_join_are_closed_where_later_features_cover(found):
     text = ORDERED.replace("}", ", join: 0.01}", 1)
     domain = found(text, west=shapely.box(0, 0, 0.995, 2), east=EAST, top=shapely.box(0.5, 1, 2, 2))

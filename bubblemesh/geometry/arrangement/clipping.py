@@ -25,7 +25,7 @@ def without_outside(
     ``signed_distance`` is that of points (m, 2) from its boundary, positive inside. GeometryError if other points are
     outside, with their number and the first of them.
     """
-    parts = _without_seeds(_without_regions(parts, polygon), signed_distance)
+    parts = _without_seeds(_without_regions(_without_parts(parts, polygon), polygon), signed_distance)
     if not any(thing.optional for thing in parts.lines) and not parts.points:
         return parts
     x0, y0, x1, y1 = polygon.bounds
@@ -51,6 +51,14 @@ def without_outside(
         points=tuple(point for point in parts.points if id(point) not in gone),
         remarks=(*parts.remarks, *notes),
     )
+
+
+def _without_parts(parts: InnerParts, polygon: shapely.Polygon | shapely.MultiPolygon) -> InnerParts:
+    """The parts without what later regions leave of others outside of a domain, if they leave some inside."""
+    outside = [region.cut and not polygon.intersects(region.core) for region in parts.regions]
+    left = {region.name for region, is_outside in zip(parts.regions, outside, strict=True) if not is_outside}
+    kept = [one for one, is_out in zip(parts.regions, outside, strict=True) if not is_out or one.name not in left]
+    return replace(parts, regions=tuple(kept))
 
 
 def _without_regions(parts: InnerParts, polygon: shapely.Polygon | shapely.MultiPolygon) -> InnerParts:

@@ -45,12 +45,12 @@ class Run(NamedTuple):
     backward: bool
 
 
-def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
+def overlaid(rule: Rule, operands: Sequence[Sequence[Area]], size: float | None = None) -> list[Area]:
     """Areas of the operands' union, of the first one minus the others, or of their intersection; possibly none.
 
     An operand is the union of its areas. Sides keep their labels; a common side of several operands has the label of
-    the first one. GeometryError, with the place, if a ring crosses itself, or if curves are next to each other, but not
-    the same.
+    the first one. Tolerances are relative to a ``size``, by default that of all operands. GeometryError, with the
+    place, if a ring crosses itself, or if curves are next to each other, but not the same.
     """
     areas = [area for operand in operands for area in operand]
     owner = np.repeat(np.arange(len(operands)), [len(operand) for operand in operands])
@@ -61,7 +61,7 @@ def overlaid(rule: Rule, operands: Sequence[Sequence[Area]]) -> list[Area]:
             simple_polygon(copy, f"the ring ({ring.origin})" if ring.origin else "the ring")
     paths = tuple(OpenPath.around(ring, "") for ring in rings)
     before = Boundary.empty().with_inner(paths)
-    size = size_of(np.vstack(copies))
+    size = size_of(np.vstack(copies), size)
     split = noded(before, size, 0, InnerParts(lines=paths))
     shapes, area_of_ring = _shapes(areas, split), np.repeat(np.arange(len(areas)), [len(area.rings) for area in areas])
     single = without_doubles(split, TOUCHING * size)
@@ -91,10 +91,10 @@ def areas_beside(
     return [replace(area, outer=replace(area.outer, notes=() if k else notes)) for k, area in enumerate(found)]
 
 
-def size_of(points: Floats) -> float:
-    """Size of all operands, to which tolerances are relative; larger if rounding requires larger tolerances."""
+def size_of(points: Floats, size: float | None = None) -> float:
+    """Size to which tolerances are relative, by default that of all points (m, 2); larger if rounding requires it."""
     rounding = ROUNDINGS * float(np.spacing(np.abs(points).max()))
-    return max(float(np.ptp(points, axis=0).max()), rounding / TOUCHING)
+    return max(float(np.ptp(points, axis=0).max()) if size is None else size, rounding / TOUCHING)
 
 
 def _shapes(areas: Sequence[Area], split: Boundary) -> list[shapely.Polygon]:

@@ -77,8 +77,8 @@ def partitioned(
 
 
 def _in_order(boundary: Boundary, parts: InnerParts) -> tuple[Boundary, InnerParts]:
-    """The boundary and the parts with the regions in the order of the case's entries."""
-    order = sorted(range(len(parts.regions)), key=lambda number: parts.regions[number].entry)
+    """The boundary and the parts with the regions in the order of the case's entries, and in that of a file."""
+    order = sorted(range(len(parts.regions)), key=lambda k: (parts.regions[k].entry, parts.regions[k].order))
     number = np.zeros(len(order) + 2, np.int64)
     number[np.array(order, np.int64) + 1] = np.arange(1, len(order) + 1)
     number[-1] = -1  # of what is outside
@@ -192,9 +192,10 @@ class _Sides:
                     f"two areas of region {self.regions[i].name!r} overlap at {where}: make them one by {union}"
                 )
             minus = "ring: {minus: [..., ...]}" if in_case else "the difference of their shapes"
-            covering = ", or set overlaps: later in domain, by which the later one counts" if in_case else ""
+            key = "overlaps: later in domain" if in_case else "overlaps='later'"
             raise GeometryError(
-                f"{names} overlap at {where}: give them a common side, or take one from the other by {minus}{covering}"
+                f"{names} overlap at {where}: give them a common side, take one from the other by {minus}, or set "
+                f"{key}, by which the later one counts"
             )
 
     @property
@@ -216,5 +217,10 @@ class _Sides:
                             "wider, or remove it"
                         )
                     if not self.within[sides].any():
+                        if region.cut:
+                            raise GeometryError(
+                                f"{where} lies outside the domain, but for what later ones cover of it: move or remove "
+                                "it"
+                            )
                         raise GeometryError(f"{where} lies outside the domain: move or remove it")
                     raise GeometryError(f"nothing is left of {where} beside the regions within it: remove one of them")

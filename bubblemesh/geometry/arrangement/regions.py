@@ -38,6 +38,8 @@ class Region(Uncached):
     label: str
     entry: int = 0  # number, from 0, of the case's entry that gives it: a file gives several
     named: bool = True  # whether the labels of its sides were given for them: those of neighbours in a file name these
+    order: int = 0  # among the regions of its entry
+    cut: bool = False  # whether it is a part of what a case gives, of which later regions cover the rest
 
     @property
     def key(self) -> Key:
@@ -71,6 +73,11 @@ class Region(Uncached):
             yield replace(path, sides_named=self.named, turned=clockwise != is_hole)
 
     @property
+    def straight(self) -> bool:
+        """Whether it has straight sides only."""
+        return all(isinstance(side.curve, Line) for ring in self.area.rings for side in ring.sides)
+
+    @property
     def core(self) -> shapely.Geometry:
         """The region without its rim."""
         return self._bands[0]
@@ -83,9 +90,8 @@ class Region(Uncached):
     @cached_property
     def _bands(self) -> tuple[shapely.Geometry, shapely.Geometry]:
         """Core and reach; the rim of a curved region is as wide as the error of its chords."""
-        straight = all(isinstance(side.curve, Line) for ring in self.area.rings for side in ring.sides)
         x0, y0, x1, y1 = self.polygon.bounds
-        width = (TOUCHING if straight else RIM_OF_A_CURVE) * max(x1 - x0, y1 - y0)
+        width = (TOUCHING if self.straight else RIM_OF_A_CURVE) * max(x1 - x0, y1 - y0)
         bands = self.polygon.buffer(-width, join_style="mitre"), self.polygon.buffer(width, join_style="mitre")
         for band in bands:
             shapely.prepare(band)

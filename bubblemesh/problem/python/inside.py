@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, Key, about
 from bubblemesh.files import require_name
+from bubblemesh.geometry.arrangement.covering import covered
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
 from bubblemesh.geometry.following import Following, all_followed
 from bubblemesh.geometry.paths import Area, InnerPoint, OpenPath, as_point
@@ -22,6 +23,7 @@ Regions: TypeAlias = Mapping[str, "Shape | shapely.Point | shapely.MultiPoint"]
 Lines: TypeAlias = Mapping[str, "shapely.LineString | shapely.MultiLineString | ArrayLike"]
 Points: TypeAlias = Mapping[str, "shapely.Point | shapely.MultiPoint | ArrayLike"]
 
+OVERLAPS = "refused", "later"
 POINTS = shapely.Point | shapely.MultiPoint
 A_REGION = "a shapely.Polygon, a MultiPolygon, the points (n, 2) of a ring, or a shapely.Point or MultiPoint in it"
 A_LINE = "a shapely.LineString, a MultiLineString or the points (n, 2) of a line, n > 1"
@@ -35,22 +37,28 @@ class ProgramParts:
     regions: Regions | None = None
     lines: Lines | None = None
     points: Points | None = None
+    overlaps: str = "refused"
 
     @property
     def given(self) -> dict[str, bool]:
         """Whether there is anything, by the argument."""
-        return {name: getattr(self, name) is not None for name in ("regions", "lines", "points")}
+        given = {name: getattr(self, name) is not None for name in ("regions", "lines", "points")}
+        return {**given, "overlaps": self.overlaps != OVERLAPS[0]}
 
     def within(self, areas: Sequence[Area], follow: Following | None) -> tuple[Sequence[Area], InnerParts]:
         """The areas of a domain, and the inner parts; rings and lines are followed as curves if there is a rule.
 
         CaseError if an argument is of the wrong kind; GeometryError, about the argument, if it is empty or invalid.
         """
+        if self.overlaps not in OVERLAPS:
+            raise CaseError(f"overlaps: must be {OVERLAPS[0]!r} or {OVERLAPS[1]!r} (found {self.overlaps!r})")
         regions, lines = self._regions(), self._lines()
         if follow is not None:
             areas, regions, lines = all_followed(follow, areas, regions, lines)
         entry = {name: number for number, name in enumerate(self.regions or ())}
         named = [Region(area, str(area.name), f"{area.name}-rim", entry[str(area.name)]) for area in regions]
+        if self.overlaps == "later":
+            named = covered(named, [area.outer for area in areas])
         points, seeds = tuple(self._points()), tuple(self._seeds())
         return areas, InnerParts(tuple(named), lines=tuple(lines), points=points, seeds=seeds)
 
