@@ -180,8 +180,8 @@ def _uncovered(areas: list[Area]) -> list[Area]:
     for number, later in enumerate(over):
         left = polygons_of(shapely.difference(shapes[number], shapely.union_all(shapes[later]))) if later else []
         found += [_like(areas[number], part) for part in left] if later else [areas[number]]
-    left = [str(area.name) for area in found]
-    require_all_left(names, left, lambda k: (shapes[k], names[over[k][-1]], areas[k].outer.key))
+    kept = {str(area.name) for area in found}
+    require_all_left(names, kept, lambda k: (shapes[k], names[over[k][-1]], areas[k].outer.key))
     return found
 
 

@@ -1,6 +1,6 @@
 """Regions that cover earlier ones, as what is drawn later covers what is below; curves stay exact."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +34,7 @@ def covered(regions: Sequence[Region], rings: Sequence[Ring]) -> list[Region]:
     found = list[Region]()
     for region, others in zip(ordered, over, strict=True):
         found += _without(region, [ordered[k] for k in others], size) if others else [region]
-    left = [region.name for region in found]
+    left = {region.name for region in found}
     require_all_left(names, left, lambda k: (ordered[k].polygon, names[over[k][-1]], ordered[k].key))
     return found[::-1]
 
@@ -62,7 +62,7 @@ def later_ones(shapes: Sequence[shapely.Polygon], names: Sequence[str], thin: fl
 
 
 def require_all_left(
-    names: Sequence[str], left: Sequence[str], what: Callable[[int], tuple[shapely.Polygon, str, Key]]
+    names: Sequence[str], left: Set[str], what: Callable[[int], tuple[shapely.Polygon, str, Key]]
 ) -> None:
     """Check that some part is left of each name; GeometryError about the first one of a name of which nothing is.
 
