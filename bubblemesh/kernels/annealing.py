@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
-from bubblemesh.kernels.library import Library
+from bubblemesh.kernels.library import call
 from bubblemesh.kernels.linking import Legal, room_of_edges, shortened
 from bubblemesh.kernels.relaxing import Steps
 
@@ -51,14 +51,14 @@ class Annealed(NamedTuple):
     speeds: Floats  # (cycles, steps): mean speeds
 
 
-def annealed(compiled: Library, x: Floats, links: Links, acting: Acting, steps: Steps, cycles: Cycles) -> Annealed:
+def annealed(x: Floats, links: Links, acting: Acting, steps: Steps, cycles: Cycles) -> Annealed:
     """Bubbles after cycles of annealing from x (n, 2), up to the first one whose bubbles flips cannot connect."""
     places, start = np.array(x, order="C"), np.array(links.start, order="C")
     speeds, done = np.empty((len(cycles.inside), len(steps.c))), np.empty(1, np.int64)
     triangles, edges, count = np.array(links.triangles, order="C"), *room_of_edges(links.triangles)
     twins = np.empty(triangles.shape, np.int32) if links.twins is None else links.twins.copy()
     edges[: len(links.edges)] = links.edges
-    compiled.call(
+    call(
         "anneal",
         n=len(x),
         t=len(triangles),

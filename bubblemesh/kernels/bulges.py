@@ -3,15 +3,15 @@
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import Library
+from bubblemesh.kernels.library import call
 
 
 def bulge_distances(
-    compiled: Library, cubics: Floats, points: Floats, of: Integers, steps: int, flattest: float
+    cubics: Floats, points: Floats, of: Integers, steps: int, flattest: float
 ) -> Floats:
     """Distances (k,) of points (k, 2) from some (k,) of the ``cubics`` (c, 9), whose columns are those of `Bulges`."""
     found = np.empty(len(points))
-    compiled.call(
+    call(
         "bulge_distances",
         n=len(points),
         places=np.ascontiguousarray(points, np.float64),

@@ -8,7 +8,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.annealing import Cycles
 from bubblemesh.kernels.ellipse_flips import FLATTEST, MOST_PASSES, SURE
 from bubblemesh.kernels.ellipse_motion import KEEP, MOST_MOVE, SHORTEST
-from bubblemesh.kernels.library import Library
+from bubblemesh.kernels.library import call
 from bubblemesh.kernels.linking import room_of_edges, shortened
 from bubblemesh.kernels.relaxing import CUTOFF
 
@@ -30,7 +30,6 @@ class Relaxing(NamedTuple):
 
 
 def annealed(
-    compiled: Library,
     x: Floats,
     triangles: Integers,
     facets: Integers,
@@ -45,7 +44,7 @@ def annealed(
     """
     places, result = np.array(x, order="C"), np.array(triangles, order="C")
     edges, count = room_of_edges(triangles)
-    compiled.call(
+    call(
         "metric_anneal",
         n=len(x),
         t=len(result),

@@ -6,42 +6,13 @@ Tensors are rows (m11, m12, m22).
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import call, or_numpy
 from bubblemesh.kernels.linking import room_of_edges, shortened
 from bubblemesh.kernels.tensors import mapped, roots
 
 MOST_PASSES = 60
 SURE = 1e-9  # of the terms of the circle test: what is nearer to 0 is rounding
 FLATTEST = 1e-3  # area of a triangle that a flip makes, in terms of both
-
-
-def flipped(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tuple[Integers, Integers]:
-    """Triangles (t, 3) between nodes x (n, 2) after flips that make them Delaunay in a metric, and their edges (e, 2).
-
-    The metric of an edge between two triangles is the mean of the tensors m (n, 3) at their four nodes: the edge is
-    flipped if the circle in it around one triangle holds the other's node. The facets (f, 2) stay. Flips come in passes
-    in which no triangle changes twice; where the metric changes from edge to edge they need not end by themselves.
-    """
-    compiled = library()
-    if compiled is None:
-        return flipped_in_numpy(triangles, x, m, facets)
-    result, (edges, count) = np.array(triangles, order="C"), room_of_edges(triangles)
-    compiled.call(
-        "metric_flips",
-        n=len(x),
-        t=len(result),
-        triangles=result,
-        x=np.ascontiguousarray(x),
-        m=np.ascontiguousarray(m),
-        f=len(facets),
-        facets=np.ascontiguousarray(facets),
-        passes=MOST_PASSES,
-        sure=SURE,
-        flattest=FLATTEST,
-        edges=edges,
-        count=count,
-    )
-    return result, shortened(edges, count)
 
 
 def flipped_in_numpy(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tuple[Integers, Integers]:
@@ -71,6 +42,33 @@ def flipped_in_numpy(triangles: Integers, x: Floats, m: Floats, facets: Integers
         triangles[row[chosen]] = np.column_stack([a, e, c])[chosen]
         triangles[row2[chosen]] = np.column_stack([e, b, c])[chosen]
     return triangles, sides[(other < 0) | (other > np.arange(3 * t))]
+
+
+@or_numpy(flipped_in_numpy)
+def flipped(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tuple[Integers, Integers]:
+    """Triangles (t, 3) between nodes x (n, 2) after flips that make them Delaunay in a metric, and their edges (e, 2).
+
+    The metric of an edge between two triangles is the mean of the tensors m (n, 3) at their four nodes: the edge is
+    flipped if the circle in it around one triangle holds the other's node. The facets (f, 2) stay. Flips come in passes
+    in which no triangle changes twice; where the metric changes from edge to edge they need not end by themselves.
+    """
+    result, (edges, count) = np.array(triangles, order="C"), room_of_edges(triangles)
+    call(
+        "metric_flips",
+        n=len(x),
+        t=len(result),
+        triangles=result,
+        x=np.ascontiguousarray(x),
+        m=np.ascontiguousarray(m),
+        f=len(facets),
+        facets=np.ascontiguousarray(facets),
+        passes=MOST_PASSES,
+        sure=SURE,
+        flattest=FLATTEST,
+        edges=edges,
+        count=count,
+    )
+    return result, shortened(edges, count)
 
 
 def _wrong(x: Floats, m: Floats, a: Integers, b: Integers, c: Integers, e: Integers) -> Booleans:

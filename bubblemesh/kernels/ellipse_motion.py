@@ -6,7 +6,7 @@ Tensors are rows (m11, m12, m22).
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import call, or_numpy
 from bubblemesh.kernels.relaxing import CUTOFF, pair_force
 from bubblemesh.kernels.tensors import lengths, mean_lengths
 
@@ -14,29 +14,6 @@ HALVINGS, MOST_TRIES = 4, 40  # of steps that would invert triangles, as in the 
 KEEP = 0.1  # of its area that each triangle keeps in a step
 SHORTEST = 1e-9  # edge
 MOST_MOVE = 0.5  # in a step
-
-
-def moved(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
-    """Nodes (n, 2) after moves (n, 2) from x (n, 2) that invert no triangle (t, 3), and the shares (n,) of them made.
-
-    Each triangle keeps at least a tenth of its area: if it would not, the moves of its nodes are halved, `HALVINGS`
-    times at most, and then left out.
-    """
-    compiled = library()
-    if compiled is None:
-        return moved_in_numpy(x, move, triangles)
-    places, share = np.array(x, order="C"), np.empty(len(x))
-    compiled.call(
-        "guarded_move",
-        n=len(x),
-        t=len(triangles),
-        triangles=np.ascontiguousarray(triangles),
-        x=places,
-        move=np.ascontiguousarray(move),
-        keep=KEEP,
-        share=share,
-    )
-    return places, share
 
 
 def moved_in_numpy(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
@@ -52,43 +29,30 @@ def moved_in_numpy(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats
     return x, np.zeros(len(x))
 
 
-def _doubled_areas(x: Floats, triangles: Integers) -> Floats:
-    a, b, c = (x[triangles[:, k]] for k in range(3))
-    return np.asarray((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+@or_numpy(moved_in_numpy)
+def moved(x: Floats, move: Floats, triangles: Integers) -> tuple[Floats, Floats]:
+    """Nodes (n, 2) after moves (n, 2) from x (n, 2) that invert no triangle (t, 3), and the shares (n,) of them made.
 
-
-def relaxed(
-    x: Floats, m: Floats, triangles: Integers, edges: Integers, fixed: int, steps: int, dt: float, c: float
-) -> tuple[Floats, Floats]:
-    """Nodes (n, 2) after steps of motion from rest at x (n, 2), and their mean speeds (steps,) in the metric.
-
-    The force of equation (2.1) acts along the edges (e, 2) at their lengths in the tensors m (n, 3), damped by c; the
-    first ``fixed`` nodes stay, and moves invert no triangle (t, 3).
+    Each triangle keeps at least a tenth of its area: if it would not, the moves of its nodes are halved, `HALVINGS`
+    times at most, and then left out.
     """
-    compiled = library()
-    if compiled is None:
-        return relaxed_in_numpy(x, m, triangles, edges, fixed, steps, dt, c)
-    places, speeds = np.array(x, order="C"), np.empty(steps)
-    compiled.call(
-        "metric_relax",
+    places, share = np.array(x, order="C"), np.empty(len(x))
+    call(
+        "guarded_move",
         n=len(x),
         t=len(triangles),
         triangles=np.ascontiguousarray(triangles),
-        e=len(edges),
-        edges=np.ascontiguousarray(edges),
         x=places,
-        m=np.ascontiguousarray(m),
-        fixed=fixed,
-        steps=steps,
-        dt=dt,
-        c=c,
-        cutoff=CUTOFF,
-        most=MOST_MOVE,
+        move=np.ascontiguousarray(move),
         keep=KEEP,
-        shortest=SHORTEST,
-        speeds=speeds,
+        share=share,
     )
-    return places, speeds
+    return places, share
+
+
+def _doubled_areas(x: Floats, triangles: Integers) -> Floats:
+    a, b, c = (x[triangles[:, k]] for k in range(3))
+    return np.asarray((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
 
 
 def relaxed_in_numpy(
@@ -109,3 +73,35 @@ def relaxed_in_numpy(
         v = v * share[:, None]
         speeds[step] = np.cumsum(lengths(m, v))[-1] / n
     return x, speeds
+
+
+@or_numpy(relaxed_in_numpy)
+def relaxed(
+    x: Floats, m: Floats, triangles: Integers, edges: Integers, fixed: int, steps: int, dt: float, c: float
+) -> tuple[Floats, Floats]:
+    """Nodes (n, 2) after steps of motion from rest at x (n, 2), and their mean speeds (steps,) in the metric.
+
+    The force of equation (2.1) acts along the edges (e, 2) at their lengths in the tensors m (n, 3), damped by c; the
+    first ``fixed`` nodes stay, and moves invert no triangle (t, 3).
+    """
+    places, speeds = np.array(x, order="C"), np.empty(steps)
+    call(
+        "metric_relax",
+        n=len(x),
+        t=len(triangles),
+        triangles=np.ascontiguousarray(triangles),
+        e=len(edges),
+        edges=np.ascontiguousarray(edges),
+        x=places,
+        m=np.ascontiguousarray(m),
+        fixed=fixed,
+        steps=steps,
+        dt=dt,
+        c=c,
+        cutoff=CUTOFF,
+        most=MOST_MOVE,
+        keep=KEEP,
+        shortest=SHORTEST,
+        speeds=speeds,
+    )
+    return places, speeds

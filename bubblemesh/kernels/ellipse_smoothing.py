@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import call, or_numpy
 from bubblemesh.kernels.tensors import mean_lengths
 
 FOUR_ROOTS = 6.9282032302755088  # 4 sqrt(3)
@@ -62,13 +62,24 @@ class Newton(NamedTuple):
     weight: float
     free: float = 1.0
 
+    def moved_in_numpy(self, x: Floats, sweeps: int) -> Floats:
+        """The same as `moved`, in NumPy."""
+        x = x.copy()
+        touched = [np.flatnonzero(np.isin(self.triangles, group).any(axis=1)) for group in self.groups]
+        around = [
+            (group, self.triangles[rows], self.inside.select(rows))
+            for group, rows in zip(self.groups, touched, strict=True)
+        ]
+        for _ in range(sweeps):
+            for group, triangles, inside in around:
+                _improve(x, group, triangles, inside, self.own, self.axes[group], self.weight, self.free)
+        return x
+
+    @or_numpy(moved_in_numpy)
     def moved(self, x: Floats, sweeps: int) -> Floats:
         """Places (n, 2) of the nodes after so many sweeps over all groups from x (n, 2)."""
-        compiled = library()
-        if compiled is None:
-            return self.moved_in_numpy(x, sweeps)
         places, order = np.array(x, order="C"), np.concatenate([np.zeros(0, np.int64), *self.groups])
-        compiled.call(
+        call(
             "metric_smooth",
             n=len(x),
             t=len(self.triangles),
@@ -84,19 +95,6 @@ class Newton(NamedTuple):
             tries=TRIES,
         )
         return places
-
-    def moved_in_numpy(self, x: Floats, sweeps: int) -> Floats:
-        """The same as `moved`, in NumPy."""
-        x = x.copy()
-        touched = [np.flatnonzero(np.isin(self.triangles, group).any(axis=1)) for group in self.groups]
-        around = [
-            (group, self.triangles[rows], self.inside.select(rows))
-            for group, rows in zip(self.groups, touched, strict=True)
-        ]
-        for _ in range(sweeps):
-            for group, triangles, inside in around:
-                _improve(x, group, triangles, inside, self.own, self.axes[group], self.weight, self.free)
-        return x
 
 
 def _improve(
@@ -136,13 +134,31 @@ def _improve(
     x[group] = places
 
 
+def costs_in_numpy(
+    x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float, free: float = 1.0
+) -> Floats:
+    """The same as `costs_in`, in NumPy."""
+    (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
+    root, far = inside.at(np.column_stack([(ax + bx + ox) / 3, (ay + by + oy) / 3]))
+    r11, r12, r22 = root.T
+    ux, uy = r11 * (bx - ax) + r12 * (by - ay), r22 * (by - ay)
+    wx, wy = r11 * (ox - ax) + r12 * (oy - ay), r22 * (oy - ay)
+    zx, zy, area = wx - ux, wy - uy, (ux * wy - uy * wx) / 2
+    known = (r11 > 0) & (r22 > 0) & (area > 0) & (far <= TRUST * TRUST)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (FOUR_ROOTS * area)
+        ab, bo, oa = (_beyond(side, free) for side in _squared_sides(x, triangles, own))
+        power = eta * eta * (eta * eta)
+        shape = np.where(power > BEND, BEND * (power - BEND / 2), power * power / 2)
+        cost = shape + weight * (ab + bo + oa)
+    return np.where(known, cost, np.inf)
+
+
+@or_numpy(costs_in_numpy)
 def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float, free: float = 1.0) -> Floats:
     """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `Newton` decreases, in the same metrics."""
-    compiled = library()
-    if compiled is None:
-        return costs_in_numpy(x, triangles, inside, own, weight, free)
     result = np.empty(len(triangles))
-    compiled.call(
+    call(
         "metric_costs",
         n=len(x),
         t=len(triangles),
@@ -168,26 +184,6 @@ def _arguments(inside: Metrics, own: Metrics, weight: float, free: float) -> dic
         "bend": BEND,
         "trust": TRUST,
     }
-
-
-def costs_in_numpy(
-    x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float, free: float = 1.0
-) -> Floats:
-    """The same as `costs_in`, in NumPy."""
-    (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
-    root, far = inside.at(np.column_stack([(ax + bx + ox) / 3, (ay + by + oy) / 3]))
-    r11, r12, r22 = root.T
-    ux, uy = r11 * (bx - ax) + r12 * (by - ay), r22 * (by - ay)
-    wx, wy = r11 * (ox - ax) + r12 * (oy - ay), r22 * (oy - ay)
-    zx, zy, area = wx - ux, wy - uy, (ux * wy - uy * wx) / 2
-    known = (r11 > 0) & (r22 > 0) & (area > 0) & (far <= TRUST * TRUST)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (FOUR_ROOTS * area)
-        ab, bo, oa = (_beyond(side, free) for side in _squared_sides(x, triangles, own))
-        power = eta * eta * (eta * eta)
-        shape = np.where(power > BEND, BEND * (power - BEND / 2), power * power / 2)
-        cost = shape + weight * (ab + bo + oa)
-    return np.where(known, cost, np.inf)
 
 
 def _beyond(squared: Floats, free: float) -> Floats:

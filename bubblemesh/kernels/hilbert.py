@@ -3,7 +3,7 @@
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import call, or_numpy
 
 HILBERT_BITS = 20  # per coordinate: cells of a millionth of the extent
 
@@ -17,21 +17,6 @@ def along_hilbert_curve(points: Floats) -> Integers:
     extent = max(*(float(column.max()) for column in beyond), np.finfo(float).tiny)
     cells = np.column_stack([column / extent * (2**HILBERT_BITS - 1) for column in beyond]).astype(np.int64)
     return np.argsort(hilbert_index(cells, HILBERT_BITS), kind="stable")
-
-
-def hilbert_index(cells: Integers, bits: int) -> Integers:
-    """Positions (n,) of the grid cells (n, 2), of 2**bits rows and columns, on the Hilbert curve.
-
-    References
-    ----------
-    H. S. Warren, "Hacker's Delight", 2nd edition (2012), chapter 16.
-    """
-    compiled = library()
-    if compiled is None:
-        return hilbert_index_in_numpy(cells, bits)
-    index = np.empty(len(cells), np.int64)
-    compiled.call("hilbert_index", n=len(cells), cells=np.ascontiguousarray(cells, np.int64), bits=bits, index=index)
-    return index
 
 
 def hilbert_index_in_numpy(cells: Integers, bits: int) -> Integers:
@@ -51,4 +36,17 @@ def hilbert_index_in_numpy(cells: Integers, bits: int) -> Integers:
         exchanged = (x ^ y) & lower
         x ^= exchanged
         y ^= exchanged
+    return index
+
+
+@or_numpy(hilbert_index_in_numpy)
+def hilbert_index(cells: Integers, bits: int) -> Integers:
+    """Positions (n,) of the grid cells (n, 2), of 2**bits rows and columns, on the Hilbert curve.
+
+    References
+    ----------
+    H. S. Warren, "Hacker's Delight", 2nd edition (2012), chapter 16.
+    """
+    index = np.empty(len(cells), np.int64)
+    call("hilbert_index", n=len(cells), cells=np.ascontiguousarray(cells, np.int64), bits=bits, index=index)
     return index

@@ -1,11 +1,23 @@
-"""The compiled library of the kernels, if there is one."""
+"""The compiled library of the kernels, if there is one, and the choice between its functions and their twins in NumPy.
+
+A kernel is written as two functions of the same parameters, of which callers know the second one::
+
+    def lengths_in_numpy(vectors: Floats) -> Floats:
+        return np.hypot(*vectors.T)
+
+    @or_numpy(lengths_in_numpy)
+    def lengths(vectors: Floats) -> Floats:
+        result = np.empty(len(vectors))
+        call("lengths", n=len(vectors), vectors=np.ascontiguousarray(vectors), result=result)
+        return result
+"""
 
 import ctypes
 import os
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache, partial, wraps
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,37 +91,49 @@ NUMBERS: dict[str, Callable[[Any], object]] = {"i": ctypes.c_int64, "d": ctypes.
 ARRAYS = {"B": np.bool_, "D": np.float64, "H": np.int32, "I": np.int64, "U": np.uint32}
 
 Argument = Booleans | Floats | Integers | ShortIntegers | NDArray[np.uint32] | int | float
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
-class Library:
-    """Functions in C, each of which returns 0, or -1 if memory was short."""
+def or_numpy(twin: Callable[P, R]) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Decorator of a function that calls C: without compiled kernels its twin in NumPy, with the same results, runs."""
 
-    def __init__(self, path: str) -> None:
-        try:
-            self._functions = ctypes.CDLL(path)
-            version = self._functions.kernels_version()
-        except (OSError, AttributeError) as error:
-            raise FileError(f"{path} cannot be loaded ({error}): install bubblemesh anew") from None
-        if version != VERSION:
-            raise FileError(f"{path} is of another version of bubblemesh: install bubblemesh anew")
+    def either(kernel: Callable[P, R]) -> Callable[P, R]:
+        @wraps(kernel)
+        def chosen(*args: P.args, **kwargs: P.kwargs) -> R:
+            return (twin if library() is None else kernel)(*args, **kwargs)
 
-    def call(self, name: str, /, **arguments: Argument) -> None:
-        """Call a function with contiguous arrays of the types that it takes, and numbers; other threads may run.
+        return chosen
 
-        Raises
-        ------
-        MemoryError
-            If it has too little memory.
-        TypeError, ValueError
-            For other parameters than its own, or arguments of other types or layouts, with which it would read or write
-            outside of the arrays.
-        """
-        takers = _takers(name)
-        if arguments.keys() != takers.keys():
-            raise TypeError(f"{name} takes {', '.join(takers)} (found {', '.join(arguments)})")
-        given = [take(arguments[parameter]) for parameter, take in takers.items()]
-        if getattr(self._functions, name)(*given):
-            raise MemoryError
+    return either
+
+
+def or_none(kernel: Callable[P, R]) -> Callable[P, R | None]:
+    """Decorator of a function that calls C: without compiled kernels it returns None, and callers find another way."""
+
+    def nothing(*args: P.args, **kwargs: P.kwargs) -> R | None:
+        return None
+
+    return or_numpy(nothing)(kernel)
+
+
+def call(name: str, /, **arguments: Argument) -> None:
+    """Call a function in C with contiguous arrays of the types that it takes, and numbers; other threads may run.
+
+    Raises
+    ------
+    MemoryError
+        If it has too little memory.
+    TypeError, ValueError
+        For other parameters than its own, or arguments of other types or layouts, with which it would read or write
+        outside of the arrays.
+    """
+    takers = _takers(name)
+    if arguments.keys() != takers.keys():
+        raise TypeError(f"{name} takes {', '.join(takers)} (found {', '.join(arguments)})")
+    given = [take(arguments[parameter]) for parameter, take in takers.items()]
+    if getattr(library(), name)(*given):  # it returns 0, or -1 if memory was short
+        raise MemoryError
 
 
 @cache
@@ -132,7 +156,7 @@ def _array(dtype: np.dtype[Any], argument: Any) -> object:
 
 
 @cache
-def library() -> Library | None:
+def library() -> ctypes.CDLL | None:
     """The library, or None where kernels run in NumPy: no compiler built it, or the environment asks for that.
 
     CaseError if the environment names an unknown engine, FileError if the library is missing, broken or of another
@@ -145,10 +169,22 @@ def library() -> Library | None:
         return None
     spec = find_spec("bubblemesh.kernels._compiled")
     if spec is not None and spec.origin is not None:
-        return Library(spec.origin)
+        return loaded(spec.origin)
     if choice == COMPILED:
         raise FileError(f"{CHOICE}={choice}: no kernels are compiled here: install bubblemesh where a C compiler is")
     return None
+
+
+def loaded(path: str) -> ctypes.CDLL:
+    """The library in a file; FileError if it is broken or of another version."""
+    try:
+        found = ctypes.CDLL(path)
+        version = found.kernels_version()
+    except (OSError, AttributeError) as error:
+        raise FileError(f"{path} cannot be loaded ({error}): install bubblemesh anew") from None
+    if version != VERSION:
+        raise FileError(f"{path} is of another version of bubblemesh: install bubblemesh anew")
+    return found
 
 
 def engine() -> str:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers, each_once
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import call, or_none, or_numpy
 from bubblemesh.kernels.predicates import in_circle, turns
 
 UNCHANGED = 2  # outcome of the kernel
@@ -22,16 +22,23 @@ class Legal(NamedTuple):
     twins: ShortIntegers
 
 
+def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
+    """The same as `in_order`, in NumPy."""
+    first = triangles.argmin(axis=1)
+    a, b, c = (np.take_along_axis(triangles, (first[:, None] + k) % 3, axis=1)[:, 0] for k in range(3))
+    order = np.argsort(a * n + b, kind="stable")
+    sides = np.concatenate([np.minimum(p, q) * n + np.maximum(p, q) for p, q in ((a, b), (b, c), (c, a))])
+    return np.column_stack([a, b, c])[order], np.stack(np.divmod(each_once(sides), n), axis=1)
+
+
+@or_numpy(in_order_in_numpy)
 def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     """Triangles (t, 3) of ``n`` nodes and their edges (m, 2), each once, in an order of their own.
 
     Triangles begin with their lowest node and keep their turn, edges have the lower node first; both ascend.
     """
-    compiled = library()
-    if compiled is None:
-        return in_order_in_numpy(triangles, n)
     result, (edges, count) = np.empty(triangles.shape, np.int64), room_of_edges(triangles)
-    compiled.call(
+    call(
         "order_triangles",
         n=n,
         t=len(result),
@@ -43,15 +50,7 @@ def in_order(triangles: Integers, n: int) -> tuple[Integers, Integers]:
     return result, shortened(edges, count)
 
 
-def in_order_in_numpy(triangles: Integers, n: int) -> tuple[Integers, Integers]:
-    """The same as `in_order`, in NumPy."""
-    first = triangles.argmin(axis=1)
-    a, b, c = (np.take_along_axis(triangles, (first[:, None] + k) % 3, axis=1)[:, 0] for k in range(3))
-    order = np.argsort(a * n + b, kind="stable")
-    sides = np.concatenate([np.minimum(p, q) * n + np.maximum(p, q) for p, q in ((a, b), (b, c), (c, a))])
-    return np.column_stack([a, b, c])[order], np.stack(np.divmod(each_once(sides), n), axis=1)
-
-
+@or_none
 def legalised(
     triangles: Integers, start: Floats, x: Floats, facets: Integers, known: Legal | None = None, is_open: bool = False
 ) -> Legal | None:
@@ -73,19 +72,16 @@ def legalised(
     -------
     Legal or None
         Triangles and edges in the order of `in_order`; ``known`` if no edge was flipped. None, so that the caller has
-        to triangulate anew, if a triangle might be flat or stays inverted, if facets are not as said above, or if no
-        kernels are compiled.
+        to triangulate anew, if a triangle might be flat or stays inverted, if facets are not as said above, or
+        without compiled kernels.
 
     References
     ----------
     C. L. Lawson, "Software for C1 surface interpolation", in: Mathematical Software III (1977).
     """
-    compiled = library()
-    if compiled is None:
-        return None
     result, (edges, count) = np.empty(triangles.shape, np.int64), room_of_edges(triangles)
     twins, outcome = np.empty(result.shape, np.int32), np.empty(1, np.int64)
-    compiled.call(
+    call(
         "legalise_triangles",
         n=len(x),
         t=len(result),
@@ -109,6 +105,12 @@ def legalised(
     return None if outcome[0] else Legal(result, shortened(edges, count), twins)
 
 
+def without_ties_in_numpy(triangles: Integers, x: Floats, facets: Integers) -> tuple[Integers, Integers]:
+    """The same as `without_ties`, in NumPy."""
+    return in_order_in_numpy(_without_ties(triangles, x, facets), len(x))
+
+
+@or_numpy(without_ties_in_numpy)
 def without_ties(triangles: Integers, x: Floats, facets: Integers) -> tuple[Integers, Integers]:
     """Triangles (t, 3) and edges (m, 2), in the order of `in_order`, of a Delaunay triangulation without ties.
 
@@ -116,13 +118,11 @@ def without_ties(triangles: Integers, x: Floats, facets: Integers) -> tuple[Inte
     far as rounding can show, either edge between them is right: they get the one with the lowest node, as `legalised`
     gives it. The facets (b, 2) stay, and so do triangles that might be flat.
     """
-    if library() is None:
-        return in_order_in_numpy(without_ties_in_numpy(triangles, x, facets), len(x))
     found = legalised(triangles, x, x, facets)
     return in_order(triangles, len(x)) if found is None else (found.triangles, found.edges)
 
 
-def without_ties_in_numpy(triangles: Integers, x: Floats, facets: Integers) -> Integers:
+def _without_ties(triangles: Integers, x: Floats, facets: Integers) -> Integers:
     """Triangles (t, 3) of `without_ties`, in NumPy and in no order."""
     result, n, t = triangles.copy(), len(x), len(triangles)
     held = np.sort(_undirected(facets[:, 0], facets[:, 1], n))

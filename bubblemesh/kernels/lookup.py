@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, taken
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import call, or_numpy
 
 # How far the bits of a number are shifted, step by step, to leave every second one free; and where they are then.
 SHIFTS = 16, 8, 4, 2, 1
@@ -62,17 +62,20 @@ def interleaved(column_row: Integers) -> Integers:
     return bits[..., 0] | bits[..., 1] << 1
 
 
+def ranks_in_numpy(ascending: Integers, numbers: Integers, with_equal: bool = False) -> Integers:
+    """The same as `ranks`, in NumPy."""
+    return np.searchsorted(ascending, numbers, side="right" if with_equal else "left")
+
+
+@or_numpy(ranks_in_numpy)
 def ranks(ascending: Integers, numbers: Integers, with_equal: bool = False) -> Integers:
     """How many of ``ascending`` numbers (n,) are below each of ``numbers`` (m,), or not above it ``with_equal``.
 
     It does what NumPy's ``searchsorted`` does, but each search begins where the last one ended. That is faster for
     numbers whose neighbours are similar, though not in order.
     """
-    compiled = library()
-    if compiled is None:
-        return np.searchsorted(ascending, numbers, side="right" if with_equal else "left")
     result = np.empty(len(numbers), np.int64)
-    compiled.call(
+    call(
         "ranks",
         n=len(ascending),
         ascending=np.ascontiguousarray(ascending, np.int64),
@@ -84,18 +87,26 @@ def ranks(ascending: Integers, numbers: Integers, with_equal: bool = False) -> I
     return result
 
 
+def interpolated_in_numpy(cells: SquareCells, vertices: Integers, values: Floats, points: Floats) -> Floats:
+    """The same as `interpolated`, in NumPy."""
+    holding = np.searchsorted(cells.key, cells.keys_of(points), side="right") - 1
+    found = np.flatnonzero(vertices[holding, 0] >= 0)
+    result = np.full(len(points), np.inf)
+    corners = values[vertices[holding[found]]]
+    result[found] = cells.bilinear(corners, points[found], holding[found])
+    return result
+
+
+@or_numpy(interpolated_in_numpy)
 def interpolated(cells: SquareCells, vertices: Integers, values: Floats, points: Floats) -> Floats:
     """Values (m,) at points (m, 2), by bilinear interpolation in the cells that hold them.
 
     The values (v,) are those at the ``vertices`` (n, 4), the corners of the cells. In cells whose first vertex is -1
     the result is infinite. A point outside of the square has the value at its rim.
     """
-    compiled = library()
-    if compiled is None:
-        return interpolated_in_numpy(cells, vertices, values, points)
     result = np.empty(len(points))
     x, y = cells.low.tolist()
-    compiled.call(
+    call(
         "interpolate",
         m=len(points),
         points=np.ascontiguousarray(points, np.float64),
@@ -112,14 +123,4 @@ def interpolated(cells: SquareCells, vertices: Integers, values: Floats, points:
         values=np.ascontiguousarray(values),
         result=result,
     )
-    return result
-
-
-def interpolated_in_numpy(cells: SquareCells, vertices: Integers, values: Floats, points: Floats) -> Floats:
-    """The same as `interpolated`, in NumPy."""
-    holding = np.searchsorted(cells.key, cells.keys_of(points), side="right") - 1
-    found = np.flatnonzero(vertices[holding, 0] >= 0)
-    result = np.full(len(points), np.inf)
-    corners = values[vertices[holding[found]]]
-    result[found] = cells.bilinear(corners, points[found], holding[found])
     return result

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import Library
+from bubblemesh.kernels.library import call
 
 
 class RunTree(NamedTuple):
@@ -37,13 +37,13 @@ class RunTree(NamedTuple):
         return cls(boxes, flat(points.transpose(0, 2, 1), float), flat(rectangles, float), flat(first), flat(counts))
 
 
-def nearest_chords(compiled: Library, tree: RunTree, points: Floats, slack: float) -> Integers:
+def nearest_chords(tree: RunTree, points: Floats, slack: float) -> Integers:
     """Number (m,) of the chord nearest to each of ``points`` (m, 2); the first of equally near ones.
 
     The search skips boxes whose squared distance is more than ``slack`` times the least one until then.
     """
     found = np.empty(len(points), np.int64)
-    compiled.call(
+    call(
         "nearest_chords",
         n=len(points),
         places=np.ascontiguousarray(points, np.float64),

@@ -3,32 +3,10 @@
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import Library, library
+from bubblemesh.kernels.library import call, or_numpy
 
 CLASSES_PER_OCTAVE = 2  # of points, by their spacing
 USUAL = 12  # pairs of each point for which room is made at first
-
-
-def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
-    """Pairs (m, 2) of points (n, 2) that are nearer than ``reach`` times the mean of their spacings d (n,).
-
-    The first member of each pair has the lower number; the pairs ascend.
-    """
-    compiled = library()
-    return pairs_within_in_numpy(x, d, reach) if compiled is None else _compiled_pairs(compiled, x, d, reach)
-
-
-def _compiled_pairs(compiled: Library, x: Floats, d: Floats, reach: float) -> Integers:
-    count, room = np.zeros(1, np.int64), USUAL * len(x)
-    places, spacings = np.ascontiguousarray(x, np.float64), np.ascontiguousarray(d, np.float64)
-    while True:
-        pairs = np.empty((room, 2), np.int64)
-        compiled.call(
-            "pairs_within", n=len(x), x=places, d=spacings, reach=float(reach), room=room, ordered=pairs, count=count
-        )
-        if count[0] <= room:
-            return pairs[: count[0]].copy()
-        room = int(count[0])
 
 
 def pairs_within_in_numpy(x: Floats, d: Floats, reach: float) -> Integers:
@@ -68,3 +46,21 @@ def _within(candidates: Integers, x: Floats, around: Floats, margin: float) -> I
     """Candidates (k,) that lie in the bounding box of other points (m, 2), widened by a margin."""
     low, high = around.min(axis=0) - margin, around.max(axis=0) + margin
     return candidates[((x[candidates] >= low) & (x[candidates] <= high)).all(axis=1)]
+
+
+@or_numpy(pairs_within_in_numpy)
+def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
+    """Pairs (m, 2) of points (n, 2) that are nearer than ``reach`` times the mean of their spacings d (n,).
+
+    The first member of each pair has the lower number; the pairs ascend.
+    """
+    count, room = np.zeros(1, np.int64), USUAL * len(x)
+    places, spacings = np.ascontiguousarray(x, np.float64), np.ascontiguousarray(d, np.float64)
+    while True:
+        pairs = np.empty((room, 2), np.int64)
+        call(
+            "pairs_within", n=len(x), x=places, d=spacings, reach=float(reach), room=room, ordered=pairs, count=count
+        )
+        if count[0] <= room:
+            return pairs[: count[0]].copy()
+        room = int(count[0])

@@ -3,11 +3,11 @@
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Integers
-from bubblemesh.kernels.library import Library, library
+from bubblemesh.kernels.library import call, or_numpy
 
 
 def separate_patches(
-    compiled: Library, edges: Integers, seeds: Integers, free: Booleans, inner: int, outer: int
+    edges: Integers, seeds: Integers, free: Booleans, inner: int, outer: int
 ) -> tuple[Booleans, Integers, int]:
     """Separate patches of nodes around triangles; of two patches with an edge in between, the later one is dropped.
 
@@ -29,7 +29,7 @@ def separate_patches(
         its patch, else -1 (n,); the number of patches.
     """
     near, patch, count = np.zeros(len(free), bool), np.full(len(free), -1), np.empty(1, np.int64)
-    compiled.call(
+    call(
         "separate_patches",
         n=len(free),
         m=len(edges),
@@ -46,16 +46,14 @@ def separate_patches(
     return near, patch, int(count[0])
 
 
-def least_around(edges: Integers, values: Integers, rings: int) -> Integers:
-    """The least of the values (n,) of nodes with edges (m, 2) at most so many edges away from each."""
-    compiled = library()
-    if compiled is None:
-        return least_around_in_numpy(edges, values, rings)
-    result = values.copy()
-    compiled.call(
-        "least_around", n=len(values), m=len(edges), edges=np.ascontiguousarray(edges), rings=rings, values=result
-    )
-    return result
+def first_groups(chosen: Booleans, triangles: Integers) -> Integers:
+    """For each chosen node (n,) of triangles (t, 3) the number of the first group without a neighbour of it, else -1.
+
+    The twin is `independent_groups_in_numpy` in `packing.ellipses.smoothing`.
+    """
+    groups = np.empty(len(chosen), np.int64)
+    call("first_groups", n=len(chosen), t=len(triangles), triangles=triangles, chosen=chosen, groups=groups)
+    return groups
 
 
 def least_around_in_numpy(edges: Integers, values: Integers, rings: int) -> Integers:
@@ -65,4 +63,14 @@ def least_around_in_numpy(edges: Integers, values: Integers, rings: int) -> Inte
         before, result = result, result.copy()
         np.minimum.at(result, i, before[j])
         np.minimum.at(result, j, before[i])
+    return result
+
+
+@or_numpy(least_around_in_numpy)
+def least_around(edges: Integers, values: Integers, rings: int) -> Integers:
+    """The least of the values (n,) of nodes with edges (m, 2) at most so many edges away from each."""
+    result = values.copy()
+    call(
+        "least_around", n=len(values), m=len(edges), edges=np.ascontiguousarray(edges), rings=rings, values=result
+    )
     return result

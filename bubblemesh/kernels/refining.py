@@ -3,13 +3,14 @@
 import numpy as np
 
 from bubblemesh.arrays import Integers, contained
-from bubblemesh.kernels.library import Library
+from bubblemesh.kernels.library import call, or_none
 
 LEFT_OUT, WHOLE = -1, -2  # in place of the number of a node that is left out, and of an edge's middle if it has none
 
 
+@or_none
 def refined_triangles(
-    compiled: Library, triangles: Integers, edges: Integers, number: Integers, middle: Integers
+    triangles: Integers, edges: Integers, number: Integers, middle: Integers
 ) -> tuple[Integers, Integers]:
     """Parts (u, 3) of triangles (t, 3), and the sides (s, 2) at which parts are missing.
 
@@ -31,7 +32,7 @@ def refined_triangles(
     """
     t = len(triangles)
     kept, sides, count = np.empty((4 * t, 3), np.int64), np.empty((4 * t, 2), np.int64), np.empty(2, np.int64)
-    compiled.call(
+    call(
         "refine_triangles",
         n=len(number),
         t=t,

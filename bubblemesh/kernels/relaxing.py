@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import Argument, Library, library
+from bubblemesh.kernels.library import Argument, call, or_numpy
 
 CUTOFF = 1.5  # distance in units of l0 beyond which bubbles do not act on each other
 
@@ -37,16 +37,6 @@ def pair_force(ratio: Floats) -> Floats:
     return np.where(ratio < CUTOFF, force, 0.0)
 
 
-def forces(x: Floats, pull: Pull) -> Floats:
-    """Forces (n, 2) on bubbles at x (n, 2)."""
-    compiled = library()
-    if compiled is None:
-        return forces_in_numpy(x, pull)
-    result = np.empty_like(x, order="C")
-    compiled.call("pair_forces", **_pulling(pull), x=np.ascontiguousarray(x), force=result)
-    return result
-
-
 def forces_in_numpy(x: Floats, pull: Pull) -> Floats:
     """The same as `forces`, in NumPy."""
     i, j = np.ascontiguousarray(pull.pairs.T)
@@ -60,10 +50,18 @@ def forces_in_numpy(x: Floats, pull: Pull) -> Floats:
     return np.column_stack([pull.strength * total for total in totals])
 
 
-def relaxed(compiled: Library, x: Floats, pull: Pull, steps: Steps) -> tuple[Floats, Floats]:
+@or_numpy(forces_in_numpy)
+def forces(x: Floats, pull: Pull) -> Floats:
+    """Forces (n, 2) on bubbles at x (n, 2)."""
+    result = np.empty_like(x, order="C")
+    call("pair_forces", **_pulling(pull), x=np.ascontiguousarray(x), force=result)
+    return result
+
+
+def relaxed(x: Floats, pull: Pull, steps: Steps) -> tuple[Floats, Floats]:
     """Places (n, 2) of bubbles, and their mean speeds (steps,), after steps from rest at x (n, 2)."""
     places, speeds = np.array(x, order="C"), np.empty(len(steps.c))
-    compiled.call(
+    call(
         "relax",
         **_pulling(pull),
         x=places,

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers, gathered
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import call, or_numpy
 
 FLATTEST = 0.05  # area in units of d^2: flatter and inverted triangles are pushed as if they had this area
 SHORTEST = 1e-6  # spacings: bubbles nearer to each other have no direction to part in
@@ -31,13 +31,29 @@ class Descent(NamedTuple):
     momentum: float
     step: float  # length of a step
 
+    def moved_in_numpy(self, x: Floats, tangents: Floats, steps: int) -> Floats:
+        """The same as `moved`, in NumPy."""
+        x, v, slide = x.copy(), np.zeros_like(x), slice(self.fixed, self.fixed + self.sliding)
+        pulling, pulled = ((self.scale[rows] != 0).any(axis=1) for rows in (self.triangles, self.edges))
+        corners, counts, ends = self.triangles[pulling].T, self.counts[pulling], self.edges[pulled].T
+        contact = (self.d[ends[0]] + self.d[ends[1]]) / 2
+        for _ in range(steps):
+            lengths = self.weight * spacing_gradient(x, ends, contact)
+            downhill = (shape_gradient(x, corners, self.d, counts) + lengths) * self.scale[:, None]
+            for vectors in (downhill, v):
+                vectors[: self.fixed] = 0
+                vectors[slide] = np.einsum("ij,ij->i", vectors[slide], tangents)[:, None] * tangents
+            v = self.momentum * v - self.step * downhill
+            length = np.sqrt(np.einsum("ij,ij->i", v, v))
+            v *= (self.most / np.maximum(length, self.most))[:, None]
+            x += v
+        return x
+
+    @or_numpy(moved_in_numpy)
     def moved(self, x: Floats, tangents: Floats, steps: int) -> Floats:
         """Places (n, 2) of the nodes after so many steps from rest at x (n, 2), along ``tangents`` (b, 2) that stay."""
-        compiled = library()
-        if compiled is None:
-            return self.moved_in_numpy(x, tangents, steps)
         places = np.array(x, order="C")
-        compiled.call(
+        call(
             "descend",
             n=len(self.d),
             t=len(self.triangles),
@@ -62,43 +78,6 @@ class Descent(NamedTuple):
         )
         return places
 
-    def moved_in_numpy(self, x: Floats, tangents: Floats, steps: int) -> Floats:
-        """The same as `moved`, in NumPy."""
-        x, v, slide = x.copy(), np.zeros_like(x), slice(self.fixed, self.fixed + self.sliding)
-        pulling, pulled = ((self.scale[rows] != 0).any(axis=1) for rows in (self.triangles, self.edges))
-        corners, counts, ends = self.triangles[pulling].T, self.counts[pulling], self.edges[pulled].T
-        contact = (self.d[ends[0]] + self.d[ends[1]]) / 2
-        for _ in range(steps):
-            lengths = self.weight * spacing_gradient(x, ends, contact)
-            downhill = (shape_gradient(x, corners, self.d, counts) + lengths) * self.scale[:, None]
-            for vectors in (downhill, v):
-                vectors[: self.fixed] = 0
-                vectors[slide] = np.einsum("ij,ij->i", vectors[slide], tangents)[:, None] * tangents
-            v = self.momentum * v - self.step * downhill
-            length = np.sqrt(np.einsum("ij,ij->i", v, v))
-            v *= (self.most / np.maximum(length, self.most))[:, None]
-            x += v
-        return x
-
-
-def eta(x: Floats, triangles: Integers) -> Floats:
-    """Shape measure (t,) of triangles (t, 3) with their nodes at x (n, 2); infinite for a flat or inverted one.
-
-    It is (a^2 + b^2 + c^2) / (4 sqrt(3) A) for sides a, b, c and the area A: 1 for an equilateral triangle.
-    """
-    compiled = library()
-    if compiled is None:
-        return eta_in_numpy(x, triangles)
-    result = np.empty(len(triangles))
-    compiled.call(
-        "shape_measures",
-        t=len(triangles),
-        x=np.ascontiguousarray(x, np.float64),
-        triangles=np.ascontiguousarray(triangles, np.int64),
-        eta=result,
-    )
-    return result
-
 
 def eta_in_numpy(x: Floats, triangles: Integers) -> Floats:
     """The same as `eta`, in NumPy."""
@@ -107,6 +86,23 @@ def eta_in_numpy(x: Floats, triangles: Integers) -> Floats:
     area = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) / 2
     squares = (u * u + w * w + z * z).sum(axis=1)
     return np.divide(squares, 4 * np.sqrt(3) * area, out=np.full(len(area), np.inf), where=area > 0)
+
+
+@or_numpy(eta_in_numpy)
+def eta(x: Floats, triangles: Integers) -> Floats:
+    """Shape measure (t,) of triangles (t, 3) with their nodes at x (n, 2); infinite for a flat or inverted one.
+
+    It is (a^2 + b^2 + c^2) / (4 sqrt(3) A) for sides a, b, c and the area A: 1 for an equilateral triangle.
+    """
+    result = np.empty(len(triangles))
+    call(
+        "shape_measures",
+        t=len(triangles),
+        x=np.ascontiguousarray(x, np.float64),
+        triangles=np.ascontiguousarray(triangles, np.int64),
+        eta=result,
+    )
+    return result
 
 
 def shape_gradient(x: Floats, corners: Integers, d: Floats, counts: Floats) -> Floats:

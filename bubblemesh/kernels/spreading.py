@@ -3,13 +3,33 @@
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import call, or_numpy
 
 SWEEPS = 100_000
 BESIDE = np.array([[1, 2], [0, 3], [3, 0], [2, 1]])  # corners of a cell beside each of its corners
 OPPOSITE = np.array([3, 2, 1, 0])
 
 
+def spread_in_numpy(corners: Integers, rise: Floats, values: Floats, tolerance: float) -> Floats:
+    """The same as `spread`, in NumPy."""
+    around = _cells_around(corners, len(values))
+    result = values.copy()
+    active = np.arange(len(corners))
+    for _ in range(SWEEPS):
+        mine = corners[active]
+        before = result[mine]
+        after = _updated(before, rise[active, None])
+        lower = after < before * (1 - tolerance)
+        if not lower.any():
+            break
+        np.minimum.at(result, mine[lower], after[lower])
+        near = np.zeros(len(corners) + 1, bool)  # the last one takes the numbers -1
+        near[around[mine[lower]]] = True
+        active = np.flatnonzero(near[:-1])
+    return result
+
+
+@or_numpy(spread_in_numpy)
 def spread(corners: Integers, rise: Floats, values: Floats, tolerance: float) -> Floats:
     """Values (v,) after they have spread through cells with vertices ``corners`` (n, 4).
 
@@ -23,11 +43,8 @@ def spread(corners: Integers, rise: Floats, values: Floats, tolerance: float) ->
     the order of the updates; J. N. Tsitsiklis, "Efficient algorithms for globally optimal trajectories", IEEE Trans.
     Automatic Control 40 (1995), for a single one.
     """
-    compiled = library()
-    if compiled is None:
-        return spread_in_numpy(corners, rise, values, 1 - tolerance)
     result = values.copy()
-    compiled.call(
+    call(
         "spread",
         cells=len(corners),
         corners=corners,
@@ -37,25 +54,6 @@ def spread(corners: Integers, rise: Floats, values: Floats, tolerance: float) ->
         kept=1 - tolerance,
         sweeps=SWEEPS,
     )
-    return result
-
-
-def spread_in_numpy(corners: Integers, rise: Floats, values: Floats, kept: float) -> Floats:
-    """The same as `spread`, in NumPy; a value below the share ``kept`` of its last one is passed on."""
-    around = _cells_around(corners, len(values))
-    result = values.copy()
-    active = np.arange(len(corners))
-    for _ in range(SWEEPS):
-        mine = corners[active]
-        before = result[mine]
-        after = _updated(before, rise[active, None])
-        lower = after < before * kept
-        if not lower.any():
-            break
-        np.minimum.at(result, mine[lower], after[lower])
-        near = np.zeros(len(corners) + 1, bool)  # the last one takes the numbers -1
-        near[around[mine[lower]]] = True
-        active = np.flatnonzero(near[:-1])
     return result
 
 

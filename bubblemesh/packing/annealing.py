@@ -11,12 +11,12 @@ from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.kernels.annealing import Acting, Cycles, Links, annealed
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import or_numpy
 from bubblemesh.kernels.relaxing import CUTOFF
 from bubblemesh.meshes.quality import REGULAR_VALENCE
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.net import Net, connect_within
-from bubblemesh.packing.relaxation import Relaxed, Relaxer, euler_steps
+from bubblemesh.packing.relaxation import Relaxed, Relaxer, kernel_steps
 from bubblemesh.records import record
 
 CYCLES = {"fast": 20, "normal": 100, "best": 800}  # before `TIMES`
@@ -219,25 +219,25 @@ class Annealer:
             done, same = done + more, len(net.bubbles) == before and relaxed.added == relaxed.lost == 0
         return net, Relaxed.one_of(parts), done
 
-    def _some(self, net: Net, cycles: Cycles) -> tuple[Net, Relaxed, int]:
-        """Net and relaxation after the first cycles, and how many these are.
+    def _first(self, net: Net, cycles: Cycles) -> tuple[Net, Relaxed, int]:
+        """Net and relaxation after the first of the cycles, and the number 1."""
+        return *self._relaxed(_displaced(net, cycles), net), 1
 
-        It is one, or those that kernels do at once and one more.
-        """
-        compiled, motion = library(), self.relaxer.kernel_motion(self.steps)
+    @or_numpy(_first)
+    def _some(self, net: Net, cycles: Cycles) -> tuple[Net, Relaxed, int]:
+        """Net and relaxation after the first cycles, and how many these are: those done at once, and one more."""
+        bubbles, (force, motion, viscosities, progress) = net.bubbles, self.relaxer.dynamics
+        some = range(self.steps)
+        steps = kernel_steps(bubbles, motion, viscosities(some, bubbles.touched))
+        renewed = self.steps > self.relaxer.relaxation.refresh
         # Bubbles outside have no triangle, and go when they are connected anew.
-        if compiled is None or motion is None or (net.legal is None and (net.valence == 0).any()):
-            return *self._relaxed(_displaced(net, cycles), net), 1
-        bubbles, (force, _, viscosities, progress) = net.bubbles, self.relaxer.dynamics
-        steps = range(self.steps)
-        damping = np.array(viscosities(steps, bubbles.touched), float)
+        if steps is None or renewed or (net.legal is None and (net.valence == 0).any()):
+            return self._first(net, cycles)
         twins = None if net.legal is None else net.legal.twins
         links = Links(net.triangles, net.edges, twins, net.facets, net.start)
         acting = Acting(bubbles.d, force.strength(bubbles.d), CUTOFF)
-        x, legal, connected_at, speeds = annealed(
-            compiled, bubbles.x, links, acting, euler_steps(bubbles, motion, damping), cycles
-        )
-        progress(steps, len(x) * len(speeds))
+        x, legal, connected_at, speeds = annealed(bubbles.x, links, acting, steps, cycles)
+        progress(some, len(x) * len(speeds))
         moved = bubbles.moved(x)
         done = Relaxed(moved, 0, 0, speeds.ravel(), len(x) * speeds.size)
         if legal is not None:

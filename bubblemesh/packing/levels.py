@@ -11,7 +11,6 @@ from bubblemesh.arrays import Integers
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.hilbert import along_hilbert_curve
-from bubblemesh.kernels.library import library
 from bubblemesh.kernels.refining import LEFT_OUT, WHOLE, refined_triangles
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.net import Net, connect, reconnect, unconnected
@@ -125,13 +124,12 @@ def _finer_triangles(net: Net, number: Integers, middle: Integers, fine: Net) ->
     """Triangles (t, 3) of a ``fine`` net without any, most of them parts of those of a coarse net.
 
     Its nodes (n,) and the middles of its edges (m,) have other numbers there. The rest, beside the boundary, is
-    triangulated. None if no kernels are compiled or that fails: then all has to be.
+    triangulated. None if that fails, or without compiled kernels: then all has to be.
     """
-    compiled = library()
-    if compiled is None:
+    found = refined_triangles(net.triangles, net.edges, number, middle)
+    if found is None:
         return None
-    known, rim = refined_triangles(compiled, net.triangles, net.edges, number, middle)
-    x, count = fine.bubbles.x, fine.bubbles.boundary_count
+    (known, rim), x, count = found, fine.bubbles.x, fine.bubbles.boundary_count
     rest = np.ones(len(x), bool)
     rest[known] = False
     rest[rim] = rest[:count] = True

@@ -9,7 +9,7 @@ from typing_extensions import Doc
 from bubblemesh.arrays import Booleans, Floats, Integers, all_of_rows, largest_of_rows, taken
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import or_numpy
 from bubblemesh.kernels.patches import separate_patches
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.packing.annealing import Effort
@@ -161,14 +161,6 @@ def _with_part(net: Net, mended: Net, numbers: Integers, around: Booleans, domai
     return connect_inside(bubbles.moved(x, s=s), domain, spacing, net, triangles)
 
 
-def disjoint_patches(net: Net, bad: Integers) -> Patches:
-    """Patches around the triangles ``bad`` (k,) that are apart from those of the ones before."""
-    compiled = library()
-    if compiled is None:
-        return disjoint_patches_in_numpy(net, bad)
-    return Patches(*separate_patches(compiled, net.edges, net.triangles[bad], _free(net), DISPLACED, MOVING))
-
-
 def disjoint_patches_in_numpy(net: Net, bad: Integers) -> Patches:
     """The patches of `disjoint_patches`, made in NumPy."""
     n, free = len(net.bubbles), _free(net)
@@ -184,6 +176,12 @@ def disjoint_patches_in_numpy(net: Net, bad: Integers) -> Patches:
         used |= net.dilated(patch)
         count += 1
     return Patches(displaced, moving, count)
+
+
+@or_numpy(disjoint_patches_in_numpy)
+def disjoint_patches(net: Net, bad: Integers) -> Patches:
+    """Patches around the triangles ``bad`` (k,) that are apart from those of the ones before."""
+    return Patches(*separate_patches(net.edges, net.triangles[bad], _free(net), DISPLACED, MOVING))
 
 
 def _free(net: Net) -> Booleans:

@@ -9,7 +9,7 @@ from typing_extensions import Doc
 
 from bubblemesh.arrays import Booleans, Floats
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import or_numpy
 from bubblemesh.kernels.relaxing import Steps, relaxed
 from bubblemesh.packing.boundary_edges import drop_strays, split_cutting_edges
 from bubblemesh.packing.bubbles import Bubbles
@@ -78,8 +78,9 @@ class CircleRelaxation(Relaxation, Protocol):
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         """The bubbles of a net after ``steps`` steps."""
 
-    def kernel_motion(self, motion: Motion, steps: int) -> SemiImplicitEuler | None:
-        """The motion if kernels can do so many of its steps at once, else None."""
+    @property
+    def refresh(self) -> int:
+        """Steps after which the edges along which bubbles act are renewed; 0 if they act on all that are near."""
 
 
 @record
@@ -95,16 +96,13 @@ class Relaxer:
         """The bubbles of a net after ``steps`` steps."""
         return self.relaxation(net, self.domain, self.spacing, self.dynamics, steps)
 
-    def kernel_motion(self, steps: int) -> SemiImplicitEuler | None:
-        """The motion if kernels can do so many of its steps at once, else None."""
-        return self.relaxation.kernel_motion(self.dynamics.motion, steps)
-
 
 @record
 class Nearby:
     """Bubbles near by act on each other; those on the boundary slide along it, the others are kept inside."""
 
     boundary_stays: ClassVar[bool] = False
+    refresh: ClassVar[int] = 0
 
     def __call__(self, net: Net, domain: Domain, spacing: Spacing, dynamics: Dynamics, steps: int) -> Relaxed:
         start, (force, motion, viscosities, progress) = net.bubbles, dynamics
@@ -130,9 +128,6 @@ class Nearby:
         kept = drop_strays(ended, domain)
         added, lost = len(ended) - len(x), len(ended) - len(kept)
         return Relaxed(kept, added, lost, speeds, len(x) * steps * motion.evaluations)
-
-    def kernel_motion(self, motion: Motion, steps: int) -> None:
-        return None
 
 
 @record
@@ -164,17 +159,12 @@ class Connected:
             net = net.of(bubbles.moved(x))
         return Relaxed(net.bubbles, 0, before - len(net.bubbles), speeds, evaluations)
 
-    def kernel_motion(self, motion: Motion, steps: int) -> SemiImplicitEuler | None:
-        return motion if isinstance(motion, SemiImplicitEuler) and steps <= self.refresh else None
 
-
-def _moved(
+def _moved_in_numpy(
     bubbles: Bubbles, acting: BoundForce, motion: Motion, viscosities: list[Floats | float]
 ) -> tuple[Floats, Floats]:
-    """Places (n, 2) and mean speeds (k,) of bubbles after a step for each viscosity; those on the boundary stay."""
-    x, d, fixed, compiled = bubbles.x, bubbles.d, bubbles.boundary_count, library()
-    if compiled is not None and isinstance(motion, SemiImplicitEuler) and all(map(np.isscalar, viscosities)):
-        return relaxed(compiled, x, acting.pull, euler_steps(bubbles, motion, np.array(viscosities, float)))
+    """The same as `_moved`, in NumPy."""
+    x, d, fixed = bubbles.x, bubbles.d, bubbles.boundary_count
     v, speeds = np.zeros_like(x), np.empty(len(viscosities))
     for step, c in enumerate(viscosities):
         moved, v = motion(x, v, c, acting)
@@ -184,9 +174,22 @@ def _moved(
     return x, speeds
 
 
-def euler_steps(bubbles: Bubbles, motion: SemiImplicitEuler, viscosities: Floats) -> Steps:
-    """Steps of bubbles with viscosities (steps,), for compiled kernels; those on the boundary stay."""
-    return Steps(bubbles.boundary_count, MOST_MOVE * bubbles.d, float(motion.dt), viscosities)
+@or_numpy(_moved_in_numpy)
+def _moved(
+    bubbles: Bubbles, acting: BoundForce, motion: Motion, viscosities: list[Floats | float]
+) -> tuple[Floats, Floats]:
+    """Places (n, 2) and mean speeds (k,) of bubbles after a step for each viscosity; those on the boundary stay."""
+    steps = kernel_steps(bubbles, motion, viscosities)
+    if steps is None:
+        return _moved_in_numpy(bubbles, acting, motion, viscosities)
+    return relaxed(bubbles.x, acting.pull, steps)
+
+
+def kernel_steps(bubbles: Bubbles, motion: Motion, viscosities: list[Floats | float]) -> Steps | None:
+    """Steps of bubbles, one for each viscosity, that kernels know, or None; bubbles on the boundary stay."""
+    if isinstance(motion, SemiImplicitEuler) and all(map(np.isscalar, viscosities)):
+        return Steps(bubbles.boundary_count, MOST_MOVE * bubbles.d, float(motion.dt), np.array(viscosities, float))
+    return None
 
 
 def _bounded(x: Floats, moved: Floats, v: Floats, d: Floats) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, taken
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.kernels.hilbert import along_hilbert_curve
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import or_numpy
 from bubblemesh.kernels.nearest import nearest_chords
 
 BLOCK = 16  # points, or smaller blocks, of a block
@@ -56,15 +56,6 @@ class Blocks(NamedTuple):
         return values[:, self.owner]
 
 
-def nearest_chord(runs: ChordRuns, points: Floats) -> Integers:
-    """Number (m,) of the chord nearest to each of ``points`` (m, 2); the first of equally near ones.
-
-    It does not depend on the other points: the search only leaves out chords that are farther away.
-    """
-    compiled = library()
-    return nearest_in_numpy(runs, points) if compiled is None else nearest_chords(compiled, runs.tree, points, SLACK)
-
-
 def nearest_in_numpy(runs: ChordRuns, points: Floats) -> Integers:
     """The same as `nearest_chord`, in NumPy."""
     found = np.zeros(len(points), np.int64)
@@ -79,6 +70,15 @@ def nearest_in_numpy(runs: ChordRuns, points: Floats) -> Integers:
     chords = [_nearest(runs, blocks)[0].T[blocks.real.T] for blocks in _blocks(tiers[0], pairs)]
     found[order] = np.concatenate(chords)
     return found
+
+
+@or_numpy(nearest_in_numpy)
+def nearest_chord(runs: ChordRuns, points: Floats) -> Integers:
+    """Number (m,) of the chord nearest to each of ``points`` (m, 2); the first of equally near ones.
+
+    It does not depend on the other points: the search only leaves out chords that are farther away.
+    """
+    return nearest_chords(runs.tree, points, SLACK)
 
 
 def distance_at_least(runs: ChordRuns, points: Floats, along_curve: bool = False) -> Floats:

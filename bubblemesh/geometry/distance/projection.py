@@ -14,7 +14,7 @@ from bubblemesh.geometry.distance.bulges import Bulges
 from bubblemesh.geometry.distance.chord_runs import ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import distance_at_least, nearest_chord
 from bubblemesh.kernels.bulges import bulge_distances
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import or_numpy
 from bubblemesh.records import record
 
 STEPS = 8
@@ -80,12 +80,14 @@ class Projection:
         distance[~curved] = np.hypot(*(mine - foot).T)
         return distance
 
+    def _from_curves_in_numpy(self, points: Floats, of: Integers) -> Floats:
+        """The same as `_from_curves`, in NumPy."""
+        return self._bulges.distances(points, of)
+
+    @or_numpy(_from_curves_in_numpy)
     def _from_curves(self, points: Floats, of: Integers) -> Floats:
         """Distances (k,) of points (k, 2) from some of the curves (k,), which they are nearest to."""
-        compiled = library()
-        if compiled is None:
-            return self._bulges.distances(points, of)
-        return bulge_distances(compiled, self._cubics, points, of, bulges.STEPS, bulges.LEAST_SLOPE)
+        return bulge_distances(self._cubics, points, of, bulges.STEPS, bulges.LEAST_SLOPE)
 
     def feet(self, points: Floats) -> Feet:
         """Nearest points of ``points`` (k, 2), and how the curves run there: much quicker than with arc lengths."""

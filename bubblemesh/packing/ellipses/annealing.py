@@ -10,7 +10,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.kernels.annealing import Cycles
 from bubblemesh.kernels.ellipse_annealing import Relaxing, Tensors, annealed
 from bubblemesh.kernels.ellipse_motion import relaxed
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import or_numpy
 from bubblemesh.kernels.tensors import roots, unmapped
 from bubblemesh.packing.annealing import (
     ONLY,
@@ -105,15 +105,21 @@ class EllipseAnnealing(AnnealingCycles):
         return self
 
 
+def _through_in_numpy(
+    ellipses: EllipseNet, relaxation: EllipseRelaxation, relaxing: Relaxing, cycles: Cycles
+) -> EllipseNet:
+    """The same as `_through`, in NumPy."""
+    root = roots(ellipses.tensors)
+    for number in range(len(cycles.inside)):
+        ellipses = _once(ellipses, relaxation, relaxing, cycles.after(number), root)
+    return ellipses
+
+
+@or_numpy(_through_in_numpy)
 def _through(ellipses: EllipseNet, relaxation: EllipseRelaxation, relaxing: Relaxing, cycles: Cycles) -> EllipseNet:
     """The ellipses after cycles, all with the tensors that they have now."""
-    compiled, net, root = library(), ellipses.net, roots(ellipses.tensors)
-    if compiled is None:
-        for number in range(len(cycles.inside)):
-            ellipses = _once(ellipses, relaxation, relaxing, cycles.after(number), root)
-        return ellipses
-    tensors = Tensors(ellipses.tensors, root)
-    return ellipses.by(*annealed(compiled, net.bubbles.x, net.triangles, net.facets, tensors, relaxing, cycles))
+    net, tensors = ellipses.net, Tensors(ellipses.tensors, roots(ellipses.tensors))
+    return ellipses.by(*annealed(net.bubbles.x, net.triangles, net.facets, tensors, relaxing, cycles))
 
 
 def _once(

@@ -12,7 +12,8 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.ellipse_motion import moved
 from bubblemesh.kernels.ellipse_shapes import Shaped, shape_measures
 from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, costs_in
-from bubblemesh.kernels.library import library
+from bubblemesh.kernels.library import or_numpy
+from bubblemesh.kernels.patches import first_groups
 from bubblemesh.kernels.tensors import mapped, roots, unmapped
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.tensors import area_sizes
@@ -168,19 +169,6 @@ def _split(metrics: Metrics, count: int) -> tuple[Metrics, Metrics]:
     return Metrics(*(part[:count] for part in metrics)), Metrics(*(part[count:] for part in metrics))
 
 
-def independent_groups(chosen: Booleans, triangles: Integers) -> list[Integers]:
-    """Groups (k,) of the chosen nodes (n,) of triangles (t, 3), no two of which are neighbours.
-
-    Each node, in the order of their numbers, is in the first group in which none of its neighbours is.
-    """
-    compiled = library()
-    if compiled is None:
-        return independent_groups_in_numpy(chosen, triangles)
-    groups = np.empty(len(chosen), np.int64)
-    compiled.call("first_groups", n=len(chosen), t=len(triangles), triangles=triangles, chosen=chosen, groups=groups)
-    return [np.flatnonzero(groups == number) for number in range(groups.max(initial=-1) + 1)]
-
-
 def independent_groups_in_numpy(chosen: Booleans, triangles: Integers) -> list[Integers]:
     """The same as `independent_groups`, in NumPy."""
     left, rank, edges, groups = chosen, np.arange(len(chosen)), unique_edges(triangles)[0], list[Integers]()
@@ -189,6 +177,16 @@ def independent_groups_in_numpy(chosen: Booleans, triangles: Integers) -> list[I
         groups.append(np.flatnonzero(found))
         left = left & ~found
     return groups
+
+
+@or_numpy(independent_groups_in_numpy)
+def independent_groups(chosen: Booleans, triangles: Integers) -> list[Integers]:
+    """Groups (k,) of the chosen nodes (n,) of triangles (t, 3), no two of which are neighbours.
+
+    Each node, in the order of their numbers, is in the first group in which none of its neighbours is.
+    """
+    groups = first_groups(chosen, triangles)
+    return [np.flatnonzero(groups == number) for number in range(groups.max(initial=-1) + 1)]
 
 
 def with_better_shapes(net: Net, spacing: MetricSpacing) -> Net:
