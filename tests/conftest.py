@@ -10,8 +10,10 @@ import pytest
 import typer.testing
 from batches import threads
 from hypothesis import settings
+from twins import needs_compiler, run_by
 from typer.main import get_command
 
+from bubblemesh.kernels.library import COMPILED, NUMPY
 from bubblemesh.messages import own_places
 from bubblemesh.process.resources import seldom_look_for_garbage
 
@@ -50,6 +52,13 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if "browser" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.browser)
+
+
+@pytest.fixture(params=[pytest.param(COMPILED, marks=needs_compiler), NUMPY])
+def each_engine(request):
+    """Both engines have to pass the tests that use this."""
+    with run_by(request.param):
+        yield
 
 
 @pytest.fixture(autouse=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 from lattices import DAMPED
 
@@ -13,12 +14,10 @@ class Uncompiled:
     """Relaxation by a function of a net and steps, which kernels do not know."""
 
     relax: Callable
+    refresh: ClassVar[int] = 0
 
     def __call__(self, net, domain, spacing, dynamics, steps):
         return self.relax(net, steps)
-
-    def kernel_motion(self, motion, steps):
-        return None
 
 
 def relaxer(relax, domain, spacing):

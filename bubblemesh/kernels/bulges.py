@@ -6,9 +6,7 @@ from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.library import call
 
 
-def bulge_distances(
-    cubics: Floats, points: Floats, of: Integers, steps: int, flattest: float
-) -> Floats:
+def bulge_distances(cubics: Floats, points: Floats, of: Integers, steps: int, flattest: float) -> Floats:
     """Distances (k,) of points (k, 2) from some (k,) of the ``cubics`` (c, 9), whose columns are those of `Bulges`."""
     found = np.empty(len(points))
     call(

@@ -17,8 +17,6 @@ def enclosed(cells: NDArray[np.uint32], rings: Integers, n: int) -> Integers | N
     """
     triangles, counts = np.empty((len(cells), 3), np.int64), np.empty(2, np.int64)
     walls = np.ascontiguousarray(rings, np.int64)
-    call(
-        "enclose", n=n, t=len(cells), cells=cells, m=len(walls), walls=walls, triangles=triangles, counts=counts
-    )
+    call("enclose", n=n, t=len(cells), cells=cells, m=len(walls), walls=walls, triangles=triangles, counts=counts)
     count, in_pieces = counts.tolist()
     return None if in_pieces else triangles[:count]

@@ -58,9 +58,7 @@ def pairs_within(x: Floats, d: Floats, reach: float) -> Integers:
     places, spacings = np.ascontiguousarray(x, np.float64), np.ascontiguousarray(d, np.float64)
     while True:
         pairs = np.empty((room, 2), np.int64)
-        call(
-            "pairs_within", n=len(x), x=places, d=spacings, reach=float(reach), room=room, ordered=pairs, count=count
-        )
+        call("pairs_within", n=len(x), x=places, d=spacings, reach=float(reach), room=room, ordered=pairs, count=count)
         if count[0] <= room:
             return pairs[: count[0]].copy()
         room = int(count[0])

@@ -70,7 +70,5 @@ def least_around_in_numpy(edges: Integers, values: Integers, rings: int) -> Inte
 def least_around(edges: Integers, values: Integers, rings: int) -> Integers:
     """The least of the values (n,) of nodes with edges (m, 2) at most so many edges away from each."""
     result = values.copy()
-    call(
-        "least_around", n=len(values), m=len(edges), edges=np.ascontiguousarray(edges), rings=rings, values=result
-    )
+    call("least_around", n=len(values), m=len(edges), edges=np.ascontiguousarray(edges), rings=rings, values=result)
     return result

@@ -3,12 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lattices import packed_hexagon, uniform
-from twins import needs_compiler
+from twins import needs_compiler, run_by
 
 from bubblemesh.case import load_case
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.kernels import library as libraries
+from bubblemesh.kernels.library import COMPILED, NUMPY
 from bubblemesh.packing.annealing import ONLY, CyclicAnnealing, SparingAnnealing
 from bubblemesh.packing.forces import VanDerWaals
 from bubblemesh.packing.motion import SemiImplicitEuler
@@ -21,7 +21,6 @@ from bubblemesh.spacing.spacing import Spacing
 
 pytestmark = needs_compiler
 
-COMPILED = libraries.library()
 PLATE = Domain.of(rings.rectangle(0, 0, 12, 9), [rings.circle((5, 5), 2)])
 PLATE_CASE = """
 name: plate
@@ -32,9 +31,8 @@ packing: {effort: fast}
 GRADED = Spacing(lambda x, y: 0.3 + 0.1 * x, 0.3)
 
 
-def annealed(monkeypatch, compiled, scheme, net, domain, spacing, seed=0, force=None):
+def annealed(engine, scheme, net, domain, spacing, seed=0, force=None):
     """Relaxation by annealing, of either engine, and the bubbles of each cycle that was counted."""
-    monkeypatch.setattr("bubblemesh.packing.annealing.library", lambda: compiled)
     counted = []
     dynamics = Dynamics(
         force or VanDerWaals(),
@@ -44,7 +42,8 @@ def annealed(monkeypatch, compiled, scheme, net, domain, spacing, seed=0, force=
     )
 
     relaxer = Relaxer(Connected(), domain, spacing, dynamics)
-    last, relaxed = scheme(net, relaxer, np.random.default_rng(seed), ONLY)
+    with run_by(engine):
+        last, relaxed = scheme(net, relaxer, np.random.default_rng(seed), ONLY)
     assert last.bubbles is relaxed.bubbles
     return relaxed, counted
 
@@ -65,34 +64,31 @@ def net_of(domain, spacing, again=False):
 @pytest.mark.parametrize("known", [False, True])
 @pytest.mark.parametrize("spacing", [uniform(0.7), GRADED], ids=["uniform", "graded"])
 @pytest.mark.parametrize("seed", range(3))
-def test_both_engines_go_through_the_same_cycles(monkeypatch, spacing, known, seed):
+def test_both_engines_go_through_the_same_cycles(spacing, known, seed):
     net = net_of(PLATE, spacing, known)
     assert (net.legal is not None) == known
     for scheme in (
         CyclicAnnealing(effort="fast"),
         CyclicAnnealing(effort="fast", shake_steps=3, amplitude_at_boundary=1.0),
     ):
-        one, counted = annealed(monkeypatch, COMPILED, scheme, net, PLATE, spacing, seed)
-        other, as_often = annealed(monkeypatch, None, scheme, net, PLATE, spacing, seed)
+        one, counted = annealed(COMPILED, scheme, net, PLATE, spacing, seed)
+        other, as_often = annealed(NUMPY, scheme, net, PLATE, spacing, seed)
         assert_same(one, other)
         assert sum(counted) == sum(as_often)
         assert not np.array_equal(one.bubbles.x, net.bubbles.x)
 
 
-def test_plain_forces_are_the_same_too(monkeypatch):
+def test_plain_forces_are_the_same_too():
     net, force = net_of(PLATE, GRADED), VanDerWaals(k0=0.5, force="plain")
-    one, other = (
-        annealed(monkeypatch, which, CyclicAnnealing(), net, PLATE, GRADED, force=force)[0]
-        for which in (COMPILED, None)
-    )
+    one, other = (annealed(which, CyclicAnnealing(), net, PLATE, GRADED, force=force)[0] for which in (COMPILED, NUMPY))
     assert_same(one, other)
 
 
-def test_calm_bubbles_are_spared_by_both(monkeypatch):
+def test_calm_bubbles_are_spared_by_both():
     net = net_of(PLATE, GRADED, again=True)
     scheme = SparingAnnealing(effort="fast", calm=lambda bubbles: bubbles.x[:, 0] < 6)
-    one, other = (annealed(monkeypatch, which, scheme, net, PLATE, GRADED)[0] for which in (COMPILED, None))
-    everywhere, _ = annealed(monkeypatch, COMPILED, CyclicAnnealing(effort="fast"), net, PLATE, GRADED)
+    one, other = (annealed(which, scheme, net, PLATE, GRADED)[0] for which in (COMPILED, NUMPY))
+    everywhere, _ = annealed(COMPILED, CyclicAnnealing(effort="fast"), net, PLATE, GRADED)
     assert_same(one, other)
     far = net.bubbles.x[:, 0] < 1.5
     moves = [np.hypot(*(relaxed.bubbles.x - net.bubbles.x)[far].T).mean() for relaxed in (one, everywhere)]
@@ -114,15 +110,15 @@ def test_displacements_that_flips_cannot_follow_are_connected_anew(monkeypatch):
         return anew(self, net, *rest)
 
     monkeypatch.setattr(Connected, "__call__", counting)
-    one, _ = annealed(monkeypatch, COMPILED, scheme, net, domain, spacing)
+    one, _ = annealed(COMPILED, scheme, net, domain, spacing)
     by_hand = len(counted)
-    other, _ = annealed(monkeypatch, None, scheme, net, domain, spacing)
+    other, _ = annealed(NUMPY, scheme, net, domain, spacing)
     assert_same(one, other)
     assert 0 < by_hand < len(counted) - by_hand == scheme.cycles(len(bubbles))
     assert counted[-1] < len(bubbles)
 
 
-def test_bubbles_whose_order_rounding_decides_are_connected_exactly(monkeypatch):
+def test_bubbles_whose_order_rounding_decides_are_connected_exactly():
     """Squares of bubbles: where nothing is displaced, no flip is sure."""
     domain, spacing = Domain.of(rings.rectangle(0, 0, 6, 6)), uniform(1.0)
     start = ErrorDiffusion()(domain, spacing, 10_000)
@@ -130,11 +126,11 @@ def test_bubbles_whose_order_rounding_decides_are_connected_exactly(monkeypatch)
     inside = np.stack(np.meshgrid(*2 * [np.arange(1.0, 6.0)]), axis=-1).reshape(-1, 2)
     net = connect_inside(shell.append(inside, np.ones(len(inside))), domain, spacing)
     scheme = SparingAnnealing(effort="fast", calm=lambda bubbles: np.ones(len(bubbles), bool))
-    one, other = (annealed(monkeypatch, which, scheme, net, domain, spacing)[0] for which in (COMPILED, None))
+    one, other = (annealed(which, scheme, net, domain, spacing)[0] for which in (COMPILED, NUMPY))
     assert_same(one, other)
 
 
-def test_bubbles_outside_the_triangles_go(monkeypatch):
+def test_bubbles_outside_the_triangles_go():
     """Between a chord and its arc there is room for a bubble that no triangle holds."""
     disc, spacing = Domain.of(rings.circle((0, 0), 2)), uniform(0.5)
     start = connect(ErrorDiffusion()(disc, spacing, 10_000), disc).bubbles
@@ -144,8 +140,7 @@ def test_bubbles_outside_the_triangles_go(monkeypatch):
     assert (net.valence == 0).sum() == 1
     for seed in range(3):
         one, other = (
-            annealed(monkeypatch, which, CyclicAnnealing(effort="fast"), net, disc, spacing, seed)[0]
-            for which in (COMPILED, None)
+            annealed(which, CyclicAnnealing(effort="fast"), net, disc, spacing, seed)[0] for which in (COMPILED, NUMPY)
         )
         assert_same(one, other)
         assert len(one.bubbles) <= len(net.bubbles)
@@ -154,10 +149,10 @@ def test_bubbles_outside_the_triangles_go(monkeypatch):
 @pytest.mark.parametrize(
     "changes", [["packing.shake_steps=25"], ["packing.motion=runge-kutta"], ["packing.relaxation=nearby"]], ids=str
 )
-def test_schemes_that_the_kernel_does_not_know_are_gone_through_by_hand(monkeypatch, changes):
+def test_schemes_that_the_kernel_does_not_know_are_gone_through_by_hand(changes):
     case = load_case("plate.yaml", text=PLATE_CASE, overrides=changes)
     one = mesh_case(case).mesh
-    monkeypatch.setattr("bubblemesh.packing.annealing.library", lambda: None)
-    other = mesh_case(case).mesh
+    with run_by(NUMPY):
+        other = mesh_case(case).mesh
     assert one.points.tobytes() == other.points.tobytes()
     assert one.triangles.tobytes() == other.triangles.tobytes()

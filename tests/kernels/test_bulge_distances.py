@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from twins import needs_compiler
 
 from bubblemesh.geometry.distance.bulges import LEAST_SLOPE, STEPS, Bulges
 from bubblemesh.kernels.bulges import bulge_distances
-from bubblemesh.kernels.library import library
 
 
 def turned(vectors, angle):
@@ -13,7 +13,7 @@ def turned(vectors, angle):
     return np.column_stack([c * x - s * y, s * x + c * y])
 
 
-@pytest.mark.skipif(library() is None, reason="no kernels are compiled here")
+@needs_compiler
 @pytest.mark.parametrize("seed", range(5))
 def test_distances_are_those_in_numpy_to_the_last_bit(seed):
     random, count = np.random.default_rng(seed), 3000
@@ -24,5 +24,5 @@ def test_distances_are_those_in_numpy_to_the_last_bit(seed):
     of = random.integers(200, size=count)
     away = random.normal(size=(count, 2)) * 10 ** random.uniform(-8, 3, (count, 1))
     points = bulges.start[of] + np.where(random.random((count, 1)) < 0.1, 0, away * bulges.length[of, None])
-    found = bulge_distances(library(), bulges.rows, points, of, STEPS, LEAST_SLOPE)
+    found = bulge_distances(bulges.rows, points, of, STEPS, LEAST_SLOPE)
     np.testing.assert_array_equal(found, bulges.distances(points, of))

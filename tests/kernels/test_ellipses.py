@@ -168,7 +168,7 @@ def test_both_engines_flip_to_the_same_shapes(seed):
     fresh = np.random.default_rng(seed).random(len(triangles)) < 0.7
     for _ in range(3):
         flips = found.flips(len(x), facets, fresh)
-        for part, other in zip(flips, plain.flips_in_numpy(facets, fresh), strict=True):
+        for part, other in zip(flips, plain.flips_in_numpy(len(x), facets, fresh), strict=True):
             np.testing.assert_array_equal(part, other)
         turned = flips.turned.reshape(-1, 3)
         there = roots(smooth_tensors(x[turned].mean(axis=1), 8.0))

@@ -1,15 +1,9 @@
 import numpy as np
 import pytest
-from twins import needs_compiler
 
 from bubblemesh.kernels.hilbert import along_hilbert_curve, hilbert_index, hilbert_index_in_numpy
 
-
-@pytest.fixture(params=[pytest.param("compiled", marks=needs_compiler), "numpy"], autouse=True)
-def engine(request, monkeypatch):
-    """Both engines have to pass all tests."""
-    if request.param == "numpy":
-        monkeypatch.setattr("bubblemesh.kernels.hilbert.library", lambda: None)
+pytestmark = pytest.mark.usefixtures("each_engine")
 
 
 def grid(bits):

@@ -63,7 +63,7 @@ def test_a_library_of_another_version_is_refused(monkeypatch):
 def test_a_library_that_is_broken_is_told(tmp_path):
     (tmp_path / "_compiled.so").write_bytes(b"\x7fELF")
     with pytest.raises(FileError, match=r"_compiled\.so cannot be loaded \(.*\): install bubblemesh anew"):
-        kernels.Library(str(tmp_path / "_compiled.so"))
+        kernels.loaded(str(tmp_path / "_compiled.so"))
 
 
 def test_the_signatures_are_those_of_the_sources():
@@ -95,7 +95,7 @@ def test_the_signatures_are_those_of_the_sources():
 def test_what_a_function_does_not_take_never_reaches_it(arguments, error, match):
     right = {"t": 1, "x": np.zeros((3, 2)), "triangles": TRIANGLES, "eta": np.zeros(1)}
     with pytest.raises(error, match=match):
-        kernels.library().call("shape_measures", **right | arguments)
+        kernels.call("shape_measures", **right | arguments)
 
 
 @needs_compiler
@@ -119,7 +119,7 @@ def test_too_little_memory_is_an_error_and_no_crash(name, sizes):
         for parameter, letter in kinds.items()
     }
     with pytest.raises(MemoryError):
-        kernels.library().call(name, **arguments | sizes)
+        kernels.call(name, **arguments | sizes)
 
 
 @needs_compiler

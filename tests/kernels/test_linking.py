@@ -142,7 +142,7 @@ def test_of_four_nodes_on_a_circle_the_lowest_has_the_edge():
     for triangles in ([[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]):
         found = legalised(np.array(triangles), SQUARE, SQUARE, SIDES)
         np.testing.assert_array_equal(found.triangles, [[0, 1, 2], [0, 2, 3]])
-        plain, _ = in_order_in_numpy(without_ties_in_numpy(np.array(triangles), SQUARE, SIDES), 4)
+        plain, _ = without_ties_in_numpy(np.array(triangles), SQUARE, SIDES)
         np.testing.assert_array_equal(plain, [[0, 1, 2], [0, 2, 3]])
     kite = np.array([[0.0, 0], [1, 0], [1.1, 1.1], [0, 1]])  # whose other edge is the right one
     found = legalised(np.array([[0, 1, 2], [0, 2, 3]]), SQUARE, kite, SIDES)
@@ -188,7 +188,7 @@ def test_both_engines_take_the_same_edges_between_nodes_on_circles(name, seed):
     facets = number[ring]
     triangles = _within(mixed, facets, None)
     compiled = without_ties(triangles, mixed, facets)
-    plain = in_order_in_numpy(without_ties_in_numpy(triangles, mixed, facets), len(x))
+    plain = without_ties_in_numpy(triangles, mixed, facets)
     for mine, other in zip(compiled, plain, strict=True):
         np.testing.assert_array_equal(mine, other)
     assert len(compiled[0]) == len(triangles)

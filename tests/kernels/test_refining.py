@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from twins import needs_compiler
 
-from bubblemesh.kernels.library import library
 from bubblemesh.kernels.linking import in_order
 from bubblemesh.kernels.refining import LEFT_OUT, WHOLE, refined_triangles
 from bubblemesh.meshes.edges import directed_sides
@@ -18,7 +17,7 @@ MIDDLES = POINTS[EDGES].mean(axis=1)
 
 
 def refined(number, middle):
-    return refined_triangles(library(), TRIANGLES, EDGES, np.array(number), np.array(middle))
+    return refined_triangles(TRIANGLES, EDGES, np.array(number), np.array(middle))
 
 
 @pytest.mark.parametrize("halved", list(product([False, True], repeat=5)))

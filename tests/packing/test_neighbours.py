@@ -5,17 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lattices import hexagonal
-from twins import needs_compiler
 
 from bubblemesh.kernels.pairs import pairs_within
 from bubblemesh.packing.neighbours import Neighbours, maximal_independent_set
 
-
-@pytest.fixture(params=[pytest.param("compiled", marks=needs_compiler), "numpy"], autouse=True)
-def engine(request, monkeypatch):
-    """Both engines have to pass all tests."""
-    if request.param == "numpy":
-        monkeypatch.setattr("bubblemesh.kernels.pairs.library", lambda: None)
+pytestmark = pytest.mark.usefixtures("each_engine")
 
 
 def all_pairs_within(x, d, reach):

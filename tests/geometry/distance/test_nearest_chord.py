@@ -3,7 +3,6 @@ import pytest
 import shapely
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial import cKDTree
-from twins import needs_compiler
 
 from bubblemesh.geometry.distance.chord_runs import LENGTH, ChordRuns
 from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in_numpy
@@ -12,11 +11,7 @@ UNIFORM = np.linspace(0, 2 * np.pi, 1500, endpoint=False)
 RANDOM = np.random.default_rng(0)
 
 
-@pytest.fixture(params=[pytest.param("compiled", marks=needs_compiler), "numpy"], autouse=True)
-def engine(request, monkeypatch):
-    """Both engines have to pass all tests."""
-    if request.param == "numpy":
-        monkeypatch.setattr("bubblemesh.geometry.distance.nearest_chord.library", lambda: None)
+pytestmark = pytest.mark.usefixtures("each_engine")
 
 
 def circle(turn, center=(0, 0), radius=1.0):

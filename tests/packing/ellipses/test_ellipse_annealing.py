@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from ellipse_packings import METHOD, front, settled_ellipses
 from sweeps import sweep
-from twins import needs_compiler
+from twins import needs_compiler, run_by
 
 from bubblemesh.kernels.ellipse_annealing import Relaxing
+from bubblemesh.kernels.library import NUMPY
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +17,7 @@ def settled():
 
 @needs_compiler
 @pytest.mark.parametrize(("seed", "steps"), sweep([(0, 1), (1, 1), (1, 8), (0, 8), (2, 1), (2, 8)], quick=2))
-def test_both_engines_anneal_alike(seed, steps, settled, monkeypatch):
+def test_both_engines_anneal_alike(seed, steps, settled):
     scheme = replace(METHOD.annealing, effort="fast", shake_steps=steps)
     relaxing = Relaxing(settled.net.bubbles.boundary_count, steps, 0.5, 1.0)
 
@@ -24,10 +25,9 @@ def test_both_engines_anneal_alike(seed, steps, settled, monkeypatch):
         return list(scheme(settled, front(), METHOD.relaxation, relaxing, np.random.default_rng(seed)))
 
     compiled = found()
-    monkeypatch.setattr("bubblemesh.packing.ellipses.annealing.library", lambda: None)
-    for loops in ("flips", "motion"):
-        monkeypatch.setattr(f"bubblemesh.kernels.ellipse_{loops}.library", lambda: None)
-    for (one, cycles), (other, same) in zip(compiled, found(), strict=True):
+    with run_by(NUMPY):
+        plain = found()
+    for (one, cycles), (other, same) in zip(compiled, plain, strict=True):
         assert cycles == same
         for part in ("x", "d"):
             np.testing.assert_array_equal(getattr(one.net.bubbles, part), getattr(other.net.bubbles, part))
