@@ -61,7 +61,6 @@ class Begun(NamedTuple):
     """A batch has begun."""
 
     entries: list
-    unchanged: int
     summary: Path
 
 
@@ -93,8 +92,8 @@ class Events(BatchListener):
     def __init__(self, hear):
         self.hear = hear
 
-    def begin(self, entries, unchanged, summary):
-        self.hear(Begun(entries, unchanged, summary))
+    def begin(self, entries, summary):
+        self.hear(Begun(entries, summary))
 
     def note(self, number, finished_rounds, nodes):
         self.hear(Note(number, finished_rounds, nodes))

@@ -17,8 +17,8 @@ from bubblemesh.workers.workers import Workers
 class BatchListener:
     """Listener to the progress of a batch; the methods of this class do nothing."""
 
-    def begin(self, entries: list[Entry], unchanged: int, summary: Path) -> None:
-        """The batch begins: all of its cases, the number of those that are done already, the file of the summary."""
+    def begin(self, entries: list[Entry], summary: Path) -> None:
+        """The batch begins: all of its cases, the file of the summary."""
 
     def note(self, number: int, finished_rounds: int, nodes: int) -> None:
         """A running case has finished a round; it has 0 nodes before the first one."""

@@ -43,7 +43,7 @@ def run_batch(entries: Sequence[Entry], options: BatchOptions, hire: Hire, liste
             closing(Summary(options, staying, replaced(old.rows, staying))) as rows,
             indexed(rows, own, options, listener.warn),
         ):
-            listener.begin(own, len(done), rows.path)
+            listener.begin(own, rows.path)
             if options.resume and old.damaged:
                 listener.warn(f"{rows.path}: {counted(old.damaged, 'damaged row')} dropped")
             for number, row in done.items():

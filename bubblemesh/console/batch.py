@@ -38,7 +38,7 @@ class BatchProgress(console.Display, BatchListener):
         if self.summary is not None and not self.quiet:
             console.terminal.print(Text(self._totals()))
 
-    def begin(self, entries: list[Entry], unchanged: int, summary: Path) -> None:
+    def begin(self, entries: list[Entry], summary: Path) -> None:
         self.summary = summary
         self.names = {entry.number: entry.row.case for entry in entries}
         self.bar.update(self.task, total=len(entries))

@@ -49,13 +49,13 @@ def joined(lines: Sequence[OpenPath], reaches: Sequence[float], rings: Sequence[
     """
     made, moved, waiting = list(lines), dict[End, Point](), _ends(lines, reaches)
     while waiting:  # each round leaves fewer of them
-        made, placed, waiting = _joined_once(made, waiting, reaches, rings)
+        made, placed, waiting = _joined_once(made, waiting, rings)
         moved |= placed
     return _noted(made, moved)
 
 
 def _joined_once(
-    lines: Sequence[OpenPath], ends: Sequence[End], reaches: Sequence[float], rings: Sequence[Ring]
+    lines: Sequence[OpenPath], ends: Sequence[End], rings: Sequence[Ring]
 ) -> tuple[list[OpenPath], dict[End, Point], list[End]]:
     """The lines with some of the ends moved, the places of these, and the ends that may still meet what was moved."""
     around = Surroundings(lines, rings)

@@ -21,6 +21,3 @@ class Demands:
         Where each triangle needs a node inside, an edge leaves each corner into the domain, which halves its angle.
         """
         return self.angle * (2 if self.inner_node else 1)
-
-    def __bool__(self) -> bool:
-        return self.angle > 0 or min(self.areas) < np.inf or self.inner_node

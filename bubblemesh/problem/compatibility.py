@@ -34,12 +34,12 @@ def _require_still_boundary(domain: Domain, task: Task) -> None:
 
 
 def _require_possible_in_metric(task: Task) -> None:
-    asked = {
-        "angle_min": (task.least_angle > 0, "its triangles are long, and small angles in space are no fault"),
-        "overconstrained": (task.inner_node, "it adds nodes by circles, which do not fit long triangles"),
-        "largest": (task.demanding, "it adds nodes by circles, which do not fit long triangles: bound the sizes"),
+    reasons = {
+        "angle_min": "its triangles are long, and small angles in space are no fault",
+        "overconstrained": "it adds nodes by circles, which do not fit long triangles",
+        "largest": "it adds nodes by circles, which do not fit long triangles: bound the sizes",
     }
-    for key, (given, reason) in asked.items():
-        if given:
+    for key, reason in reasons.items():
+        if key in task.demanded:
             with about(Key([key])):
                 raise CaseError(f"{key}: does not go with a metric: {reason}: leave it out")

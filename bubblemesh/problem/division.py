@@ -14,7 +14,7 @@ def require_triangles_for_parts(problem: Problem) -> None:
     on each triangle may add any number.
     """
     parts, expected = problem.task.partition, problem.expected_nodes
-    if parts is None or problem.demands or parts <= MOST_TRIANGLES * max(expected, FEW_NODES):
+    if parts is None or problem.task.demanded or parts <= MOST_TRIANGLES * max(expected, FEW_NODES):
         return
     with at_key("output", "partition"):
         raise CaseError(

@@ -10,6 +10,7 @@ import numpy as np
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.demands import Demands
 from bubblemesh.records import record
+from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.spacing import Spacing
@@ -61,10 +62,14 @@ class Task:
         return method if self.previous is None else method.warm_started(self.previous)
 
     @property
-    def demanding(self) -> bool:
-        """Whether nodes may be added for demands on each triangle."""
-        finite = np.isfinite([self.largest, *self.largest_in.values()]).any()
-        return self.least_angle > 0 or self.inner_node or bool(finite)
+    def demanded(self) -> tuple[str, ...]:
+        """Keys of the demands on each triangle, for which nodes may be added."""
+        asked = {
+            "angle_min": self.least_angle > 0,
+            "largest": bool(np.isfinite([self.largest, *self.largest_in.values()]).any()),
+            "overconstrained": self.inner_node,
+        }
+        return tuple(key for key, needed in asked.items() if needed)
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -126,20 +131,24 @@ class Problem:
         return Demands(task.least_angle, areas, task.inner_node, task.max_nodes)
 
     @property
+    def written_metric(self) -> MetricSpacing | None:
+        """The metric that is written with the mesh: it belongs to the plane of the packing, and to no other system."""
+        plane = self.domain.plane
+        return self.spacing if isinstance(self.spacing, MetricSpacing) and (plane is None or not plane.target) else None
+
+    @property
     def needs_all_at_once(self) -> tuple[str, ...]:
         """What asks for all triangles at once, so that what is packed in parts may not stay in them."""
         task, plane = self.task, self.domain.plane
         asked = {
-            "angle_min": task.least_angle > 0,
-            "largest": bool(np.isfinite([task.largest, *task.largest_in.values()]).any()),
-            "overconstrained": task.inner_node,
             "layers": self.rest is not None,
             "metric": self.spacing.in_metric,
             "output.order": task.order > 1,
             "output.partition": task.partition is not None,
             "crs.to": plane is not None and plane.target is not None,
         }
-        return *(name for name, needed in asked.items() if needed), *sorted(SEA_REQUIREMENTS & task.requirements.keys())
+        named = [name for name, needed in asked.items() if needed]
+        return *task.demanded, *named, *sorted(SEA_REQUIREMENTS & task.requirements.keys())
 
     @property
     def packed_finer(self) -> bool:

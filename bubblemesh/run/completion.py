@@ -10,7 +10,6 @@ from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.problem.problem import Problem
 from bubblemesh.run.measurement import Measured
 from bubblemesh.run.water import WaterRow, depths_of
-from bubblemesh.spacing.metric.metric import MetricSpacing
 
 
 class Completed(NamedTuple):
@@ -47,10 +46,7 @@ def completed(found: Measured, problem: Problem) -> Completed:
     if task.depth is not None:
         mesh = replace(mesh, depth=depths_of(mesh, task.depth))
         water = WaterRow.of(mesh)
-    metric = mesh.metric
-    # Tensors belong to the plane of the packing.
-    if isinstance(problem.spacing, MetricSpacing) and (plane is None or not plane.target):
-        metric = problem.spacing.at(mesh.points)
+    metric = mesh.metric if problem.written_metric is None else problem.written_metric.at(mesh.points)
     if plane is not None:
         mesh = replace(mesh.mapped(plane.written), geographic=plane.writes_degrees)
     return Completed(replace(mesh, metric=metric, fields=found.fields), straight, water)

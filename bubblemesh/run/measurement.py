@@ -19,14 +19,14 @@ from bubblemesh.meshes.conformity import (
     require_piece,
 )
 from bubblemesh.meshes.mesh import Mesh
-from bubblemesh.meshes.quality import LAYER, Measures, mesh_figures
+from bubblemesh.meshes.metric import ENTRIES, MeasuresInMetric
+from bubblemesh.meshes.quality import LAYER, TARGET_SPACING, Measures, mesh_figures
 from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.packing.net import Net
 from bubblemesh.problem.problem import Problem
 from bubblemesh.records import record
 from bubblemesh.run.assembly import layered_mesh, mesh_of, sliced_mesh
 from bubblemesh.run.metric import MetricRow, metric_row
-from bubblemesh.run.report import triangle_fields
 
 if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
@@ -86,8 +86,15 @@ def _whole(net: Net, problem: Problem) -> Measured:
 
 
 def _fields(measures: Measures, problem: Problem) -> dict[str, Floats]:
-    """Data (t,) of the triangles, as they are written."""
-    return triangle_fields(measures, problem.spacing, problem.domain.plane)
+    """Data (t,) of the triangles: quality, and at their centroids the target spacing and the metric that is written."""
+    metric = {}
+    if isinstance(measures, MeasuresInMetric) and problem.written_metric is not None:
+        metric = dict(zip(ENTRIES, measures.tensors.T, strict=True))
+    return {
+        "quality": measures.radius_ratios,
+        TARGET_SPACING: problem.spacing.between(measures.points, measures.triangles),
+        **metric,
+    }
 
 
 def _in_slices(parted: "Parted", problem: Problem) -> Measured:

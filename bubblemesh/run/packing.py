@@ -157,7 +157,7 @@ def scale_of(problem: Problem) -> float:
 def pack(problem: Problem, options: RunOptions) -> PackedProblem:
     """Pack a problem, in parts if the task asks for them, which stay where they are kept if they may."""
     packing, clock = _whole(problem, options) if problem.task.parts == 1 else _in_parts(problem, options)
-    return _refined(packing, replace(clock, over=False)) if problem.demands else packing
+    return _refined(packing, replace(clock, over=False)) if problem.task.demanded else packing
 
 
 def _refined(packing: PackedProblem, clock: Clock) -> PackedProblem:

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from bubblemesh.arrays import Floats
 from bubblemesh.geometry.following import Deviation
 from bubblemesh.geometry.geography import Plane
 from bubblemesh.meshes.areas_and_lengths import LabelLength, RegionArea
-from bubblemesh.meshes.metric import ENTRIES, MeasuresInMetric
-from bubblemesh.meshes.quality import TARGET_SPACING, Measures
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
@@ -208,18 +205,3 @@ class Report(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self.data)
-
-
-def triangle_fields(measures: Measures, spacing: Spacing, plane: Plane | None) -> dict[str, Floats]:
-    """Data (t,) of the triangles: quality, and at their centroids the target spacing and the metric, if it has one.
-
-    Tensors belong to the plane of the packing: there are none if coordinates are written in another system.
-    """
-    metric = {}
-    if isinstance(measures, MeasuresInMetric) and (plane is None or not plane.target):
-        metric = dict(zip(ENTRIES, measures.tensors.T, strict=True))
-    return {
-        "quality": measures.radius_ratios,
-        TARGET_SPACING: spacing.between(measures.points, measures.triangles),
-        **metric,
-    }

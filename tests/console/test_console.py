@@ -174,7 +174,7 @@ OLD = Row("old", "old.yaml", 0, figures=FINE, warnings=("told before",))
 
 
 def begin(progress, *names):
-    progress.begin([Entry(k, Row(name, f"{name}.yaml", 0)) for k, name in enumerate(names, 1)], 1, Path("s"))
+    progress.begin([Entry(k, Row(name, f"{name}.yaml", 0)) for k, name in enumerate(names, 1)], Path("s"))
 
 
 def test_a_requirement_that_stays_missed_is_counted_as_such(monkeypatch):
@@ -292,7 +292,7 @@ def test_no_text_steers_the_terminal(monkeypatch):
     console.terminal.print(table)
     with BatchProgress(quiet=False) as progress:
         row = Row(NASTY, f"{NASTY}\nerror: all files are gone", 0)
-        progress.begin([Entry(1, row)], 0, Path(NASTY))
+        progress.begin([Entry(1, row)], Path(NASTY))
         progress.finish(1, row.failed(5, f"{row.source}: no such file"))
     shown = stream.getvalue()
     assert shown.replace("\n", "").isprintable()

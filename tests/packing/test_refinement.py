@@ -16,8 +16,6 @@ from sweeps import sweep
 import bubblemesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, LimitError
-from bubblemesh.packing.demands import Demands
-from bubblemesh.packing.refinement import Refinement
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.run import packing
 from bubblemesh.run.pipeline import mesh_case
@@ -250,11 +248,10 @@ def test_a_limit_on_time_that_is_met_in_the_refinement_is_told(monkeypatch):
 
 
 def test_without_demands_nothing_is_done():
-    case = load_case("a.yaml", text=json.dumps({"domain": NEAR_CIRCLES, "spacing": 0.2}))
-    assert not prepare(case).demands
-    assert Demands(angle=20)
-    assert Demands(areas=(np.inf, 1.0))
-    assert Refinement.__doc__
+    case = {"domain": NEAR_CIRCLES, "spacing": 0.2}
+    asked = case | {"angle_min": 20, "largest": 1.0}
+    demanded = [prepare(load_case("a.yaml", text=json.dumps(some))).task.demanded for some in (case, asked)]
+    assert demanded == [(), ("angle_min", "largest")]
 
 
 def test_python_programs_have_the_same_keys():

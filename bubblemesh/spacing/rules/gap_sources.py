@@ -63,16 +63,14 @@ class GapSources:
 
         LimitError if they need more than ``max_nodes`` nodes, with the narrowest place.
         """
-        return self._found(FacingWalls(domain), spacing, self._refused)[0]
+        return self._found(FacingWalls(domain), spacing, refuse=True)[0]
 
     def affordable(self, walls: FacingWalls, spacing: Spacing) -> tuple[Sources, NarrowPlace | None]:
         """Sources but for the narrowest parts, as far as ``max_nodes`` nodes are enough; the narrowest one left out."""
-        return self._found(walls, spacing, _narrowest_affordable)
+        return self._found(walls, spacing, refuse=False)
 
-    def _found(
-        self, walls: FacingWalls, spacing: Spacing, cut: Callable[[Gaps, Floats, Floats, float], float]
-    ) -> tuple[Sources, NarrowPlace | None]:
-        """Sources of at least the size at which ``cut`` cuts off those that need too many nodes."""
+    def _found(self, walls: FacingWalls, spacing: Spacing, refuse: bool) -> tuple[Sources, NarrowPlace | None]:
+        """Sources for ``max_nodes`` nodes at most, and the narrowest place left out; or ``refuse`` to leave any out."""
         if surely_wide(walls, spacing, self.across):
             return Sources.none(), None
         domain, corner = walls.domain, walls.reentrant
@@ -87,9 +85,12 @@ class GapSources:
             found, size = self._narrow(walls.facing(piece, s, self.across * d, d), d)
             nodes = self._nodes(found, size, length[found.number])
             if nodes.sum() > self.max_nodes:
-                finest, worst = max(finest, cut(found, size, nodes, self.max_nodes)), size.argmin()
+                worst = size.argmin()
                 x, y = found.places[worst].tolist()
                 left_out = NarrowPlace((x, y), float(found.widths[worst]))
+                if refuse:
+                    raise self._too_many(left_out)
+                finest = max(finest, self._largest_left_out(size, nodes))
             found, size = select(found, size > finest), size[size > finest]
             # Where both halves of a part have passed by the gap that its middle has.
             seen = np.zeros(max(len(piece) // 2, 1), bool)
@@ -139,21 +140,17 @@ class GapSources:
         nodes: Floats = found.widths * length / (size * (size + self.growth * length / 2)) / np.sqrt(3) / 2
         return nodes
 
-    @staticmethod
-    def _refused(found: Gaps, size: Floats, nodes: Floats, max_nodes: float) -> float:
-        """Refuse gaps that need too many nodes (k,), with the narrowest one."""
-        worst = size.argmin()
-        raise NodeLimitError(
-            f"{NODE_LIMIT}: spacing.across asks for more than the limit of {max_nodes} nodes: the part at "
-            f"{place(found.places[worst])} is only {found.widths[worst]:.3g} wide: set spacing.minimum or raise "
-            "the limit"
+    def _too_many(self, narrowest: NarrowPlace) -> NodeLimitError:
+        """The error that gaps need too many nodes, with the narrowest one."""
+        return NodeLimitError(
+            f"{NODE_LIMIT}: spacing.across asks for more than the limit of {self.max_nodes} nodes: the part at "
+            f"{place(narrowest.at)} is only {narrowest.width:.3g} wide: set spacing.minimum or raise the limit"
         )
 
-
-def _narrowest_affordable(found: Gaps, size: Floats, nodes: Floats, max_nodes: float) -> float:
-    """The largest size of gaps that are left out, so that the nodes (k,) of the wider ones are few enough."""
-    order = np.argsort(-size)
-    return float(size[order][np.argmax(np.cumsum(nodes[order]) > max_nodes)])
+    def _largest_left_out(self, size: Floats, nodes: Floats) -> float:
+        """The largest size of gaps that are left out, so that the nodes (k,) of the wider ones are few enough."""
+        order = np.argsort(-size)
+        return float(size[order][np.argmax(np.cumsum(nodes[order]) > self.max_nodes)])
 
 
 def _probes(domain: Domain, spacing: Spacing) -> tuple[Integers, Floats, Floats]:
