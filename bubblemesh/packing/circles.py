@@ -18,6 +18,7 @@ from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import CircleRelaxation, Dynamics, Relaxed, Relaxer
 from bubblemesh.packing.setting import Setting
 from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
+from bubblemesh.packing.termination import Counts
 from bubblemesh.packing.viscosity import Viscosity
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -71,16 +72,17 @@ class CirclePacking:
         if start is not self.net.bubbles:
             self.net = connect(start, domain)
 
-    def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
+    def move(self, stage: Stage, counts: Counts) -> Relaxed:
         """Relax the bubbles, or anneal them in the round that does, and triangulate them where they are then."""
+        number = len(counts)
         if stage.annealing and number == 0:
-            net, relaxed = self.method.annealing(self.net, self._relaxer(), self.setting.random, stage.rank)
+            net, relaxed = self.method.annealing(
+                self.net, self._relaxer(number, counts), self.setting.random, stage.rank
+            )
         else:
-            net, relaxed = self.net, self._relaxer(number, odd)(self.net, self._steps(stage, number))
+            net, relaxed = self.net, self._relaxer(number, counts)(self.net, self._steps(stage, number))
         self.net = connect_inside(relaxed.bubbles, self.setting.domain, self.spacing, net)
         return relaxed
-
-    lacks_many: ClassVar[bool] = False  # what is missing comes in a round or two
 
     def control(self) -> int:
         """Control the population; the number of new bubbles."""
@@ -91,7 +93,11 @@ class CirclePacking:
             self.net = self.net.of(change.bubbles)
         return change.inserted
 
-    def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
+    def stop_reason(self, counts: Counts) -> str | None:
+        """Why the rounds of a stage end with the last one; None if they go on."""
+        return self.method.termination(counts)
+
+    def finish(self, stage: Stage, counts: Counts) -> tuple[int, Relaxed]:
         """Finish the packing; the number of new bubbles, and the last relaxations as one.
 
         Between the passes of the smoothing the population is controlled, and after them the worst triangles are mended.
@@ -99,7 +105,8 @@ class CirclePacking:
         method, (domain, random, progress) = self.method, self.setting
         inserted, relaxed = 0, Relaxed.none(self.net.bubbles)
         if method.smoothing.relaxing:
-            relaxed = self._relaxed_again(self._relaxer(number, odd), self._steps(stage, number))
+            number = len(counts) - 1  # it belongs to the last round
+            relaxed = self._relaxed_again(self._relaxer(number, counts), self._steps(stage, number))
         for smoothed in range(method.smoothing.passes):
             if smoothed:
                 inserted += self._controlled_again()
@@ -127,12 +134,13 @@ class CirclePacking:
         opening = stage.opening and number == 0 and self.net.disorder > IN_ORDER
         return self.method.termination.steps(opening)
 
-    def _relaxer(self, number: int = 0, odd: bool = False) -> Relaxer:
-        """Relaxation in a round, whose steps count as progress.
+    def _relaxer(self, number: int, counts: Counts) -> Relaxer:
+        """Relaxation in a round, counted from 0, whose steps count as progress.
 
-        If ``odd``, the bubbles that were touched have a viscosity of their own.
+        Where the last round changed the population by little, bubbles that it touched may have their own viscosity.
         """
         method, (domain, _, progress) = self.method, self.setting
+        odd = len(counts) > 0 and method.odd.active(*counts[-1])
 
         def viscosities(some: range, touched: Booleans) -> list[Floats | float]:
             of_normal = [method.viscosity(step, number) for step in some]

@@ -13,7 +13,7 @@ from bubblemesh.packing.placement.warm_start import PreviousNodes, WarmStart
 from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import Relaxation, Relaxed
 from bubblemesh.packing.setting import Setting
-from bubblemesh.packing.termination import Termination
+from bubblemesh.packing.termination import Counts, Termination
 from bubblemesh.packing.viscosity import NoOddBubbles, OddBubbles
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
@@ -29,20 +29,16 @@ class Packing(Protocol):
     def to_level(self, spacing: Spacing) -> None:
         """Go on with the spacing of the next level."""
 
-    def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
-        """Move them in a round of a stage, counted from 0, in the first one by annealing if the stage has it.
-
-        If ``odd``, those that were touched have a viscosity of their own.
-        """
+    def move(self, stage: Stage, counts: Counts) -> Relaxed:
+        """Move them in the next round of a stage, in its first one by annealing if the stage has it."""
 
     def control(self) -> int:
         """Control the population; the number of new bubbles."""
 
-    @property
-    def lacks_many(self) -> bool:
-        """Whether so many bubbles are missing yet that rounds go on even if few come in each."""
+    def stop_reason(self, counts: Counts) -> str | None:
+        """Why the rounds of a stage end with the last one, by the method's termination; None if they go on."""
 
-    def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
+    def finish(self, stage: Stage, counts: Counts) -> tuple[int, Relaxed]:
         """Finish the packing in its last round; the number of new bubbles, and the motion."""
 
     def end(self) -> None:

@@ -15,8 +15,6 @@ from bubblemesh.packing.setting import Setting
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
-MOST_ROUNDS = 60  # on a level, if bubbles are missing
-
 
 class Figures(NamedTuple):
     """Figures of bubbles and their triangles."""
@@ -91,7 +89,7 @@ def rounds(
                 level = stage.rank.coarser
                 packing.to_level(levels[level])
             progress.begin(stage)
-            for done in _rounds(packing, method, stage, number + 1):
+            for done in _rounds(packing, stage, number + 1):
                 number, before = done.number, len(done.bubbles)
                 yield done
                 del done  # or its net, which takes most of the memory, stays while the next round makes its own
@@ -106,26 +104,25 @@ def rounds(
         progress.finish()
 
 
-def _rounds(packing: Packing, method: Method, stage: Stage, first: int) -> Iterator[Round]:
+def _rounds(packing: Packing, stage: Stage, first: int) -> Iterator[Round]:
     """Rounds of a stage, numbered from ``first`` on."""
     counts: list[tuple[int, int]] = []
-    odd, reason = False, None
+    reason = None
     while reason is None:
-        number, before = len(counts), len(packing.net.bubbles)
+        before = len(packing.net.bubbles)
         # 1. The bubbles move; in the round that anneals they are displaced before, again and again.
-        moved = packing.move(stage, number, odd)
+        moved = packing.move(stage, counts)
         # 2. Where they are too many some are deleted, and gaps are filled.
         inserted = packing.control()
-        # 3. The change of their number decides whether to stop, and whether the odd ones get their own viscosity.
+        # 3. The change of their number decides whether to stop.
         counts.append((before, len(packing.net.bubbles)))
-        reason = method.termination(counts)
-        if packing.lacks_many and len(counts) < MOST_ROUNDS:
-            reason = None
-        odd = method.odd.active(*counts[-1])
+        reason = packing.stop_reason(counts)
         # 4. At the end of the packing they relax once more, or are smoothed.
         if reason is not None and stage.finishing:
-            more, last = packing.finish(stage, number, odd)
+            more, last = packing.finish(stage, counts)
             moved, inserted = moved.followed_by(last), inserted + more
         stop_reason = reason if stage.finishing else None
         inserted += moved.added
-        yield Round(first + number, before, inserted, packing.net, moved.speeds, moved.evaluations, stop_reason)
+        yield Round(
+            first + len(counts) - 1, before, inserted, packing.net, moved.speeds, moved.evaluations, stop_reason
+        )

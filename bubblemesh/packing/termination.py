@@ -14,12 +14,14 @@ Iterations = Annotated[
 ]
 Tolerance = Annotated[float, Ge(0), Doc("relative change of the number of bubbles that counts as settled")]
 
+Counts = Sequence[tuple[int, int]]  # numbers of bubbles before and after each round of a stage so far
+
 
 class Termination(Protocol):
     """When the rounds on a level end."""
 
-    def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
-        """Reason to stop, given the numbers of bubbles before and after each round so far; None to go on."""
+    def __call__(self, counts: Counts) -> str | None:
+        """Reason to stop, None to go on."""
 
     def steps(self, opening: bool) -> int:
         """Steps of a round; ``opening`` is the first one of all."""
@@ -35,7 +37,7 @@ class FixedRounds:
     rounds: Rounds = 10
     iterations: Iterations = 250
 
-    def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
+    def __call__(self, counts: Counts) -> str | None:
         return f"all {self.rounds} rounds done" if len(counts) >= self.rounds else None
 
     def steps(self, opening: bool) -> int:
@@ -54,7 +56,7 @@ class SelfAdaptive(FixedRounds):
 
     tolerance: Tolerance = 0.005
 
-    def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
+    def __call__(self, counts: Counts) -> str | None:
         settled = [abs(before - after) <= self.tolerance * before for before, after in counts[-2:]]
         if len(settled) == 2 and all(settled):
             return f"population changed by at most {self.tolerance:.1%} in two rounds"
@@ -78,7 +80,7 @@ class Settled(FixedRounds):
     def expected_steps(self, opening: bool) -> int:
         return self.steps(opening) + self.iterations
 
-    def __call__(self, counts: Sequence[tuple[int, int]]) -> str | None:
+    def __call__(self, counts: Counts) -> str | None:
         before, after = counts[-1]
         if abs(before - after) <= self.tolerance * before:
             return f"population changed by at most {self.tolerance:.1%} in a round"

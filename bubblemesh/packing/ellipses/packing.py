@@ -18,12 +18,14 @@ from bubblemesh.packing.net import Net
 from bubblemesh.packing.progress import CONNECTING, Stage
 from bubblemesh.packing.relaxation import Relaxed
 from bubblemesh.packing.setting import Setting
+from bubblemesh.packing.termination import Counts
 from bubblemesh.packing.viscosity import Constant
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
 
 LACKING = 0.05  # of all bubbles: if so many are missing the population is not settled
+MOST_ROUNDS = 60  # if so many are missing
 LAST_PASSES = 2  # of the smoothing, after trials
 FREE = 1.3  # times too long or too short: edges up to that are as good as any in the last passes, for better shapes
 MOST_COST = 1.0  # of a triangle, where a packing is judged as a whole
@@ -76,14 +78,15 @@ class EllipsePacking:
         net, self.spacing = self.ellipses.net, spacing
         self.ellipses = flipped_net(net, net.bubbles, net.triangles, spacing)
 
-    def move(self, stage: Stage, number: int, odd: bool) -> Relaxed:
+    def move(self, stage: Stage, counts: Counts) -> Relaxed:
         """Relax the ellipses; in the round that anneals they are displaced before, again and again.
 
         The motion that is returned is that relaxation, without the annealing.
         """
-        if stage.annealing and number == 0:
+        first = len(counts) == 0
+        if stage.annealing and first:
             self._anneal()
-        before, steps = len(self.ellipses.tensors), self.method.termination.steps(stage.opening and number == 0)
+        before, steps = len(self.ellipses.tensors), self.method.termination.steps(stage.opening and first)
         x, speeds = self.method.relaxation(self.ellipses, self._relaxing(steps))
         self.ellipses = self.ellipses.moved(x, self.spacing)
         self._count(CONNECTING + steps)
@@ -95,15 +98,15 @@ class EllipsePacking:
         self.ellipses, self.missing = change.net, change.missing
         return change.inserted
 
-    @property
-    def lacks_many(self) -> bool:
-        """Whether so many bubbles are missing yet that rounds go on even if few come in each.
+    def stop_reason(self, counts: Counts) -> str | None:
+        """Why the rounds of a stage end with the last one; None if they go on, also while many bubbles are missing.
 
         The start misses layers far thinner than its cells, and bubbles come by halving what edges are there.
         """
-        return self.missing > LACKING * len(self.ellipses.tensors)
+        lacks_many = self.missing > LACKING * len(self.ellipses.tensors)
+        return None if lacks_many and len(counts) < MOST_ROUNDS else self.method.termination(counts)
 
-    def finish(self, stage: Stage, number: int, odd: bool) -> tuple[int, Relaxed]:
+    def finish(self, stage: Stage, counts: Counts) -> tuple[int, Relaxed]:
         """Finish the packing by passes of smoothing, with mending between the first and trials before the last ones.
 
         Of few passes all come after the trials; without any there are no trials either.
