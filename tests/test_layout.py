@@ -78,7 +78,7 @@ INNER = {
     "meshfiles/write": {"formats", "groups", "text"},
     "packing/ellipses": {
         *{"annealing", "bubbles", "confinement", "mending", "method", "motion", "neighbours", "net", "placement"},
-        *{"population", "progress", "relaxation", "setting", "smoothing", "splicing", "viscosity"},
+        *{"population", "progress", "relaxation", "setting", "smoothing", "splicing", "termination", "viscosity"},
     },
     "packing/placement": {"boundary_edges", "bubbles"},
     "problem/python": {"layers", "problem", "spacing"},

@@ -1,7 +1,8 @@
 """The rounds of a packing: bubbles move, and their number is controlled, until the method's termination says stop."""
 
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Self
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from time import perf_counter
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.method import Method, Packing
-from bubblemesh.packing.net import Net
+from bubblemesh.packing.net import Net, connect
 from bubblemesh.packing.progress import Progress, Stage, TimeUp, Watch
 from bubblemesh.packing.setting import Setting
 from bubblemesh.records import record
@@ -39,9 +40,48 @@ class Figures(NamedTuple):
         return cls(sum(nodes), sum(boundary_nodes), sum(triangles), average, min(least))
 
 
+class Record(NamedTuple):
+    """Record of a round; of all rounds of a packing, or of several packings, as one."""
+
+    before: int  # number of bubbles
+    after: Figures
+    deleted: int
+    inserted: int
+    speeds: Floats  # (iterations,): mean speed after each step of the motion
+    evaluations: int  # of the force on a bubble
+    seconds: float
+    late: bool  # whether it was ended since the time was up
+
+    @classmethod
+    def in_turn(cls, rounds: "Iterable[Record]") -> Self:
+        """The record of all rounds of a packing."""
+        before, after, *work = zip(*rounds, strict=True)
+        return cls(before[0], after[-1], *_all_of(*work))
+
+    @classmethod
+    def together(cls, packings: "Iterable[Record]") -> Self:
+        """The record of several packings; bubbles that two have in common count for both."""
+        before, after, *work = zip(*packings, strict=True)
+        return cls(sum(before), Figures.together(after), *_all_of(*work))
+
+
+def _all_of(deleted: Any, inserted: Any, speeds: Any, evaluations: Any, seconds: Any, late: Any) -> tuple[Any, ...]:
+    """The work of several records, one after the other."""
+    return sum(deleted), sum(inserted), np.concatenate(speeds), sum(evaluations), sum(seconds), any(late)
+
+
+class Packed(NamedTuple):
+    """The result of a packing."""
+
+    net: Net
+    start: Figures  # before the first round
+    rounds: tuple[Record, ...]
+    stop_reason: str
+
+
 @record
 class Round:
-    """Record of a round."""
+    """A round as it ends, with the bubbles."""
 
     number: int  # counted from 1
     before: int  # number of bubbles
@@ -53,11 +93,6 @@ class Round:
     late: bool = False  # whether that is since the time was up
 
     @property
-    def iterations(self) -> int:
-        """Number of steps of the motion."""
-        return len(self.speeds)
-
-    @property
     def deleted(self) -> int:
         """Number of bubbles that were deleted or lost."""
         return self.before + self.inserted - len(self.bubbles)
@@ -66,6 +101,35 @@ class Round:
     def bubbles(self) -> Bubbles:
         """The bubbles after the round."""
         return self.net.bubbles
+
+    def record(self, spacing: Spacing, seconds: float) -> Record:
+        """The record of the round, with qualities in the metric of a spacing if it has one."""
+        work = self.deleted, self.inserted, self.speeds, self.evaluations
+        return Record(self.before, Figures.of(self.net, spacing), *work, seconds, self.late)
+
+
+def all_rounds(
+    start: Bubbles,
+    domain: Domain,
+    levels: Sequence[Spacing],
+    method: Method,
+    measured_by: Spacing,
+    watch: Watch,
+    on_round: Callable[[Record], None] = lambda done: None,
+) -> Packed:
+    """Run all `rounds` from a start; ``on_round`` is called with the record of each as it ends.
+
+    Qualities after rounds are in the metric of the spacing that they are ``measured_by``, if it has one.
+    """
+    first = Figures.of(connect(start, domain), levels[0])
+    records, last, begun = list[Record](), None, perf_counter()
+    for done in rounds(start, domain, levels, method, watch):
+        records.append(done.record(measured_by, perf_counter() - begun))
+        on_round(records[-1])
+        last, begun = done if done.stop_reason is not None else None, perf_counter()
+        del done  # or its net, which takes most of the memory, stays while the next round makes its own
+    assert last is not None and last.stop_reason is not None  # the last round tells why it is
+    return Packed(last.net, first, tuple(records), last.stop_reason)
 
 
 def rounds(

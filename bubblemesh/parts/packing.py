@@ -12,11 +12,12 @@ from bubblemesh.meshes.edges import directed_sides, edge_keys, find_keys, one_si
 from bubblemesh.meshes.quality import Measures
 from bubblemesh.meshes.triangulation import regions, sorted_triangles
 from bubblemesh.packing.net import unconnected
+from bubblemesh.packing.rounds import Packed, Record
 from bubblemesh.parts.division import Places
 from bubblemesh.parts.part import Band, Core, Margin, Part
 from bubblemesh.parts.seams import JUNCTION, SEAM, near
 from bubblemesh.parts.store import Store
-from bubblemesh.parts.work import Packed, Terms, packed
+from bubblemesh.parts.work import Terms, packed
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
@@ -47,8 +48,8 @@ def kept_part(store: Store, number: int, job: PartJob) -> Margin:
 
 def split(domain: Domain, places: Places, done: Packed, target: Spacing | None) -> Part:
     """Split a packed part into its core and its band, with the figures of the core if a target is given."""
-    net = replace(unconnected(done.bubbles, domain), triangles=done.triangles)
-    n = len(done.bubbles)
+    net = replace(unconnected(done.net.bubbles, domain), triangles=done.net.triangles)
+    n = len(net.bubbles)
     bubbles, triangles = net.bubbles, net.triangles
     on_cuts = bubbles.corners + np.flatnonzero(places.on_cut[bubbles.piece])
     moving = near(net, np.append(places.ends, on_cuts), SEAM + BEYOND) | near(net, places.ends, JUNCTION + BEYOND)
@@ -85,4 +86,5 @@ def split(domain: Domain, places: Places, done: Packed, target: Spacing | None) 
         quality, targets = measures.radius_ratios, target.between(x, rest)
     core = Core(x[count:], rest.astype(np.int32), inner.astype(np.int32), quality, targets)
     sizes = len(core.x), len(rest)
-    return Part(core, Margin(band, census, valence[:count], each_once(inner), *sizes, done.record))
+    told = done.start, Record.in_turn(done.rounds)
+    return Part(core, Margin(band, census, valence[:count], each_once(inner), *sizes, *told))

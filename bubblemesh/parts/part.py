@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from bubblemesh.arrays import Floats, Integers, ShortIntegers
 from bubblemesh.meshes.census import Census
-from bubblemesh.parts.work import Record
+from bubblemesh.packing.rounds import Figures, Record
 
 
 class Band(NamedTuple):
@@ -38,7 +38,8 @@ class Margin(NamedTuple):
     regions: Integers  # (k,): of the core
     nodes: int  # of the core
     triangles: int
-    record: Record
+    start: Figures  # before the first round
+    record: Record  # of all rounds
 
 
 class Part(NamedTuple):

@@ -12,6 +12,7 @@ from bubblemesh.meshes.census import Census
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.messages import place
 from bubblemesh.packing.net import Net, reconnect
+from bubblemesh.packing.rounds import Figures
 from bubblemesh.parts.cuts import Cuts, find_cuts
 from bubblemesh.parts.division import CutDomain, Places, cut_domain
 from bubblemesh.parts.packing import PartJob, packed_part
@@ -45,6 +46,7 @@ class Parted:
     census: tuple[Census, ...]  # of the cores, if figures are wanted
     valence: Integers  # (n,): edges of the cores at each bubble of the net, if figures are wanted
     cell: Integers  # (t,): part that each triangle of the net lies in
+    start: Figures  # of all parts before their first rounds
     on_cuts: int  # bubbles along the cuts
     in_seams: int  # bubbles that were packed again
 
@@ -131,6 +133,7 @@ def packed_in_parts(
         regions=each_once(np.concatenate([margin.regions for margin in margins])),
         census=tuple(margin.census for margin in margins if margin.census is not None),
         valence=valence,
+        start=Figures.together([margin.start for margin in margins]),
         on_cuts=len(along),
         in_seams=in_seams + int(around.sum()),
     )

@@ -16,7 +16,8 @@ from bubblemesh.meshes.edges import directed_sides, find_sides, one_sided
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing.ellipses.smoothing import with_better_shapes
 from bubblemesh.packing.net import Net
-from bubblemesh.parts.work import Packed, Terms, packed_from
+from bubblemesh.packing.rounds import Record
+from bubblemesh.parts.work import Terms, packed_from
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
 from bubblemesh.spacing.spacing import Spacing
@@ -56,9 +57,18 @@ class Strip(NamedTuple):
         return _polygon(self.x[~self.free], ends, len(outer))
 
 
-def packed_again(strip: Strip, terms: Terms) -> Packed:
+class PackedStrip(NamedTuple):
+    """A strip that was packed once more."""
+
+    x: Floats  # (n, 2): bubbles, those of its rim first
+    triangles: Integers  # (t, 3)
+    record: Record
+
+
+def packed_again(strip: Strip, terms: Terms) -> PackedStrip:
     """Pack a strip from where its bubbles are: first come those of its rim, in their order."""
-    return packed_from(strip.domain(), strip.x[strip.free], terms)
+    done = packed_from(strip.domain(), strip.x[strip.free], terms)
+    return PackedStrip(done.net.bubbles.x, done.net.triangles, Record.in_turn(done.rounds))
 
 
 def near(net: Net, bubbles: Integers, rings: int) -> Booleans:
@@ -110,7 +120,7 @@ class SeamStrips:
         node = each_once(triangles.ravel())
         return Strip(node, self.free[node], self.net.bubbles.x[node], triangles, self.lines[number])
 
-    def put_back(self, done: Sequence[tuple[Strip, Packed]], spacing: Spacing) -> tuple[Net, Integers]:
+    def put_back(self, done: Sequence[tuple[Strip, PackedStrip]], spacing: Spacing) -> tuple[Net, Integers]:
         """The net with all strips packed again, and the new numbers (n,) of its bubbles, -1 for those within.
 
         Like the net given, it has no list of edges.
@@ -123,7 +133,7 @@ class SeamStrips:
         rest, count = net.bubbles.select(np.flatnonzero(~gone)), len(gone) - int(gone.sum())
         places, triangles = list[Floats](), [number[net.triangles[left]]]
         for strip, part in done:
-            inside = part.bubbles.x[len(strip.rim) :]
+            inside = part.x[len(strip.rim) :]
             triangles.append(np.append(number[strip.rim], count + np.arange(len(inside)))[part.triangles])
             places.append(inside)
             count += len(inside)

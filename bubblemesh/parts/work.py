@@ -1,21 +1,20 @@
 """The work on one part or strip, in whatever process it is done, and what is reported of it."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from time import monotonic, perf_counter, time
-from typing import Any, NamedTuple, Protocol, Self, TypeVar
+from time import monotonic, time
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Floats
 from bubblemesh.errors import prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.levels import SingleLevel
 from bubblemesh.packing.method import Method
-from bubblemesh.packing.net import connect
 from bubblemesh.packing.progress import TimeUp
-from bubblemesh.packing.rounds import Figures, Round, rounds
+from bubblemesh.packing.rounds import Packed, all_rounds
 from bubblemesh.records import record
 from bubblemesh.spacing.grid.table import tabulated
 from bubblemesh.spacing.spacing import Spacing
@@ -43,34 +42,6 @@ def alone(function: Callable[..., T], jobs: Iterable[Job]) -> Iterator[tuple[int
         with prefixed(what):
             result = function(*arguments)
         yield number, result
-
-
-class Record(NamedTuple):
-    """Record of a part's packing."""
-
-    start: Figures  # before the first round
-    end: Figures
-    deleted: int
-    inserted: int
-    speeds: Floats  # (iterations,): mean speed after each step
-    evaluations: int  # of the force on a bubble
-    late: bool  # whether the deadline ended it
-    seconds: float
-
-    @classmethod
-    def together(cls, parts: "Sequence[Record]") -> Self:
-        """The record of several, one after the other."""
-        start, end, deleted, inserted, speeds, evaluations, late, seconds = zip(*parts, strict=True)
-        figures, counts = (Figures.together(start), Figures.together(end)), (sum(deleted), sum(inserted))
-        return cls(*figures, *counts, np.concatenate(speeds), sum(evaluations), any(late), sum(seconds))
-
-
-class Packed(NamedTuple):
-    """Bubbles of a domain, with their triangles."""
-
-    bubbles: Bubbles
-    triangles: Integers  # (t, 3)
-    record: Record
 
 
 @record
@@ -130,7 +101,7 @@ class Terms:
 def packed(domain: Domain, expected_nodes: float, terms: Terms) -> Packed:
     """Pack a domain by itself."""
     levels, start = terms.method.started(domain, tabulated(domain, terms.spacing), expected_nodes, terms.max_nodes)
-    return _ended(domain, levels, start, terms)
+    return all_rounds(start, domain, levels, terms.method, levels[-1], terms.deadline.watch)
 
 
 def packed_from(domain: Domain, x: Floats, terms: Terms) -> Packed:
@@ -139,20 +110,5 @@ def packed_from(domain: Domain, x: Floats, terms: Terms) -> Packed:
     places, count = np.vstack([domain.boundary.corners, x]), len(domain.boundary.corners)
     none = np.zeros(0, np.int64), np.zeros(0)
     start = Bubbles(places, table.extended(places), *none, count, np.zeros(len(places), bool))
-    return _ended(domain, (table,), terms.method.placement.again(start, domain, table), terms)
-
-
-def _ended(domain: Domain, levels: tuple[Spacing, ...], start: Bubbles, terms: Terms) -> Packed:
-    """All rounds of a packing."""
-    begun, speeds = perf_counter(), list[Floats]()
-    before = Figures.of(connect(start, domain), levels[0])
-    deleted = inserted = evaluations = 0
-    last: Round | None = None
-    for last in rounds(start, domain, levels, terms.method, terms.deadline.watch):
-        speeds.append(last.speeds)
-        deleted, inserted = deleted + last.deleted, inserted + last.inserted
-        evaluations += last.evaluations
-    assert last is not None  # a packing has a round
-    figures, along, seconds = Figures.of(last.net, levels[-1]), np.concatenate(speeds), perf_counter() - begun
-    record = Record(before, figures, deleted, inserted, along, evaluations, last.late, seconds)
-    return Packed(last.bubbles, last.net.triangles, record)
+    start = terms.method.placement.again(start, domain, table)
+    return all_rounds(start, domain, (table,), terms.method, table, terms.deadline.watch)

@@ -4,11 +4,12 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from typing import TypeVar
 
+from bubblemesh.packing.rounds import Record
 from bubblemesh.parts.packing import kept_part, packed_part
 from bubblemesh.parts.part import Margin
-from bubblemesh.parts.seams import packed_again
+from bubblemesh.parts.seams import PackedStrip, packed_again
 from bubblemesh.parts.store import Store
-from bubblemesh.parts.work import Crew, Job, Packed, Record
+from bubblemesh.parts.work import Crew, Job
 from bubblemesh.records import record
 
 T = TypeVar("T")
@@ -38,7 +39,7 @@ class Workshop:
             margins.append(margin)
         return margins
 
-    def strips(self, job: JobOf, work: Sequence[float], done: float) -> list[Packed]:
+    def strips(self, job: JobOf, work: Sequence[float], done: float) -> list[PackedStrip]:
         """Pack strips once more: each as it is then.
 
         The job of a strip has the arguments of `packed_again`; ``work`` has the share of each in all, of which the
@@ -46,7 +47,7 @@ class Workshop:
         """
         strips = list(self._in_order(self._results(packed_again, job, range(len(work)), work), work, done))
         if strips:
-            self.on_done(Record.together([strip.record for strip in strips]))
+            self.on_done(Record.together(strip.record for strip in strips))
         return strips
 
     def _fresh(self, job: JobOf, numbers: Iterable[int], work: Sequence[float]) -> Iterator[tuple[int, Margin]]:

@@ -2,17 +2,16 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from time import perf_counter
 from typing import TYPE_CHECKING
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, at_key
-from bubblemesh.packing.net import Net, connect
+from bubblemesh.packing.net import Net
 from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
-from bubblemesh.packing.rounds import Figures, Round, rounds
+from bubblemesh.packing.rounds import Figures, Record, all_rounds
 from bubblemesh.parts.store import IN_MEMORY, Keeping
-from bubblemesh.parts.work import Crew, Deadline, Record, Terms, alone
+from bubblemesh.parts.work import Crew, Deadline, Terms, alone
 from bubblemesh.problem.problem import Problem
 from bubblemesh.process.limits import Stopwatch, enter, time_left
 from bubblemesh.process.resources import WorkClock
@@ -187,23 +186,26 @@ def _whole(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]
     with stopwatch.stage("placement"):
         table = tabulated(domain, problem.packing_spacing)
         levels, start = method.started(domain, table, problem.packed_nodes, task.max_nodes)
-        first = Figures.of(connect(start, domain), levels[0])
-    rows, speeds = list[RoundRow](), list[Floats]()
     clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, options.on_share, work.slowness())
+    rows = list[RoundRow]()
     with stopwatch.stage("packing"):
-        last_end = perf_counter()
-        last: Round | None = None
-        for done in rounds(start, domain, levels, method, clock):
-            rows.append(RoundRow.of(done, perf_counter() - last_end, problem.spacing))
-            speeds.append(done.speeds)
-            options.on_round(rows[-1])
-            last_end, last = perf_counter(), done if done.stop_reason is not None else None
-            del done  # or its net, which takes most of the memory, stays while the next round makes its own
-    assert last is not None  # the last round tells why it is
-    cut_short = clock.cut_short() if last.late else None  # not where the time was over as the packing was finished
-    seconds = stopwatch.seconds
-    packing = PackedProblem(problem, first, tuple(rows), tuple(speeds), last.net, last.stop_reason, cut_short, seconds)
+        done = all_rounds(start, domain, levels, method, problem.spacing, clock, _teller(rows, options))
+    cut_short = (
+        clock.cut_short() if done.rounds[-1].late else None
+    )  # not where the time was over as the packing was finished
+    speeds, seconds = tuple(record.speeds for record in done.rounds), stopwatch.seconds
+    packing = PackedProblem(problem, done.start, tuple(rows), speeds, done.net, done.stop_reason, cut_short, seconds)
     return packing, clock
+
+
+def _teller(rows: list[RoundRow], options: RunOptions) -> Callable[[Record], None]:
+    """Listener that numbers records, and appends them to the rows."""
+
+    def tell(record: Record) -> None:
+        rows.append(RoundRow.of(len(rows) + 1, record))
+        options.on_round(rows[-1])
+
+    return tell
 
 
 def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]:
@@ -224,11 +226,11 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clo
     task, stopwatch, keeping = problem.task, Stopwatch(problem.seconds), options.keeping
     stay = keeping.in_slices and not problem.needs_all_at_once
     rows, records, work = list[RoundRow](), list[Record](), WorkClock()
+    tell = _teller(rows, options)
 
     def on_done(record: Record) -> None:
         records.append(record)
-        rows.append(RoundRow.of_part(len(records), record))
-        options.on_round(rows[-1])
+        tell(record)
 
     clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, options.on_share)
     method = problem.method
@@ -250,9 +252,8 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clo
         packed = parted if stay else parted.whole(problem.packing_spacing)
     cut_short = clock.cut_short() if any(record.late for record in records) else None
     why = "all parts and the seams between are packed" if cut_short is None else cut_short.reason
-    start = Figures.together([record.start for record in records[:parts]])
-    nodes, speeds = [record.end.nodes for record in records[:parts]], tuple(record.speeds for record in records)
+    nodes, speeds = [record.after.nodes for record in records[:parts]], tuple(record.speeds for record in records)
     row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams, problem.needs_all_at_once)
     seconds = stopwatch.seconds
-    packing = PackedProblem(problem, start, tuple(rows), speeds, packed, why, cut_short, seconds, parts=row)
+    packing = PackedProblem(problem, parted.start, tuple(rows), speeds, packed, why, cut_short, seconds, parts=row)
     return packing, clock

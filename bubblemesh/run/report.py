@@ -13,8 +13,7 @@ from bubblemesh.meshes.areas_and_lengths import LabelLength, RegionArea
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
-from bubblemesh.packing.rounds import Figures, Round
-from bubblemesh.parts.work import Record
+from bubblemesh.packing.rounds import Figures, Record
 from bubblemesh.records import record
 from bubblemesh.run.estimate import RepairRow, SpacingChange
 from bubblemesh.run.metric import MetricRow
@@ -42,36 +41,18 @@ class RoundRow:
     seconds: float
 
     @classmethod
-    def of(cls, done: Round, seconds: float, spacing: Spacing) -> Self:
-        """Figures of a finished round, with qualities in the metric of a spacing if it has one."""
-        q = spacing.measures(done.bubbles.x, done.net.triangles).radius_ratios
-        return cls(
-            round=done.number,
-            iterations=done.iterations,
-            nodes_before=done.before,
-            nodes_after=len(done.bubbles),
-            deleted=done.deleted,
-            inserted=done.inserted,
-            mean_speed=float(done.speeds[-1]) if done.iterations else 0.0,
-            quality_mean=float(q.mean()),
-            quality_min=float(q.min()),
-            force_evaluations=done.evaluations,
-            seconds=seconds,
-        )
-
-    @classmethod
-    def of_part(cls, number: int, done: Record) -> Self:
-        """Figures of all rounds of a part, or of all strips of a pass over the seams, as one."""
+    def of(cls, number: int, done: Record) -> Self:
+        """Figures of a round, or of several as one: those of a part, or of all strips of a pass over the seams."""
         return cls(
             round=number,
             iterations=len(done.speeds),
-            nodes_before=done.start.nodes,
-            nodes_after=done.end.nodes,
+            nodes_before=done.before,
+            nodes_after=done.after.nodes,
             deleted=done.deleted,
             inserted=done.inserted,
             mean_speed=float(done.speeds[-1]) if len(done.speeds) else 0.0,
-            quality_mean=done.end.quality_mean,
-            quality_min=done.end.quality_min,
+            quality_mean=done.after.quality_mean,
+            quality_min=done.after.quality_min,
             force_evaluations=done.evaluations,
             seconds=done.seconds,
         )
