@@ -70,7 +70,7 @@ def section(cells: str, size: float = 0.01, count: int = 36) -> Section:
     result = mesh_case(case)
     with tempfile.TemporaryDirectory() as folder:
         for form in ("su2", "openfoam"):
-            destination(case, "-", OutputOptions(f"{folder}/", solvers=(form,))).deliver(result)
+            destination(case, "-", OutputOptions(f"{folder}/", solvers=(form,))).write_result(result)
         su2 = read_su2(Path(folder) / f"{NAME}.su2")
         try:
             checked = check_openfoam(Path(folder))

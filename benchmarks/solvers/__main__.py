@@ -74,7 +74,7 @@ def periodic_sides(name: str, solver: Solver) -> str:
         text = f"{CELL}output: {{for: {name}}}\n"
         (Path(folder) / "cell.yaml").write_text(text)
         case = load_case("cell.yaml", text=text)
-        destination(case, "-", OutputOptions(f"{folder}/out/")).deliver(mesh_case(case))
+        destination(case, "-", OutputOptions(f"{folder}/out/")).write_result(mesh_case(case))
         found = solver.periodic.run(Path(folder))
     return solver.periodic.way if abs(found / CONDUCTIVITY - 1) < solver.periodic.close else "**no**"
 
@@ -86,7 +86,7 @@ def solved(name: str, solver: Solver, order: int) -> tuple[Found, bool, bool]:
         text = f"{CASE}output: {{for: {name}, order: {form}}}\n"
         case = load_case("ring.yaml", text=text)
         result = mesh_case(case)
-        report = destination(case, "-", OutputOptions(f"{folder}/out/")).deliver(result)
+        report = destination(case, "-", OutputOptions(f"{folder}/out/")).write_result(result)
         found = solver.run(Path(folder), order)
     return found, *agreement(report, found)
 

@@ -88,7 +88,7 @@ def _made(job: BatchJob, tell: Tell) -> Outcome:
         problem = prepare(job.case)
     result = mesh_problem(problem, RunOptions(lambda row: tell((job.number, row.round, row.nodes_after))))
     with temporary_folder() as folder:
-        report = replace(job.destination, folder=folder, lasting=False).deliver(result)
+        report = replace(job.destination, folder=folder, lasting=False).write_result(result)
         files = {name: (folder / name).read_bytes() for name in report["files"]}
     digests = {name: sha256(content).hexdigest() for name, content in files.items()}
     row = replace(job.row, figures=figures_of(report), warnings=tuple(report["warnings"]), files=digests)

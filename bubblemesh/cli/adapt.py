@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from bubblemesh.cli.delivery import deliver
 from bubblemesh.cli.options import (
     AsJson,
     CaseFile,
@@ -20,6 +19,7 @@ from bubblemesh.cli.options import (
     with_overrides,
 )
 from bubblemesh.cli.stdio import mesh_stream
+from bubblemesh.cli.writing import mesh_and_show
 
 
 @with_overrides
@@ -70,6 +70,6 @@ def adapt(
         present, notes = read_solution(solution, field, target.called("field"))
         console.warn(notes)
         meshing = partial(adapting.adapted, options.over(loaded), present, target, exact)
-        deliver(meshing, loaded, case, place, as_json, quiet)
+        mesh_and_show(meshing, loaded, case, place, as_json, quiet)
 
     loaded.within_limits(adapted, f"{case}: ")

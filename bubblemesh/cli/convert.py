@@ -4,9 +4,9 @@ from typing import Annotated
 
 import typer
 
-from bubblemesh.cli.delivery import write_again
 from bubblemesh.cli.options import AsJson, FormatsNamed, MeshPath, Quiet, SolversNamed
 from bubblemesh.cli.stdio import mesh_stream
+from bubblemesh.cli.writing import write_again
 
 TO = "File to write, its format by its ending; a folder, with --format or --for; or - for the standard output."
 

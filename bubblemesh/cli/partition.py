@@ -4,9 +4,9 @@ from typing import Annotated
 
 import typer
 
-from bubblemesh.cli.delivery import write_again
 from bubblemesh.cli.options import AsJson, FormatsNamed, MeshPath, Output, Quiet, SolversNamed
 from bubblemesh.cli.stdio import mesh_stream
+from bubblemesh.cli.writing import write_again
 
 
 def partition(

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bubblemesh.cli.check import show_preview
-from bubblemesh.cli.delivery import deliver
 from bubblemesh.cli.options import (
     AsJson,
     CaseFile,
@@ -23,6 +22,7 @@ from bubblemesh.cli.options import (
     with_overrides,
 )
 from bubblemesh.cli.stdio import mesh_stream
+from bubblemesh.cli.writing import mesh_and_show
 from bubblemesh.errors import CaseError
 from bubblemesh.workers.choice import crew_for
 
@@ -79,7 +79,7 @@ def run(
         def meshing(on_round: "OnRound", on_share: "OnShare") -> "Result | SlicedResult":
             return pipeline.run_case(shown, RunOptions(on_round, on_share, crew, keeping))
 
-        deliver(meshing, loaded, case, place, as_json, quiet)
+        mesh_and_show(meshing, loaded, case, place, as_json, quiet)
 
 
 def warn(message: str) -> None:

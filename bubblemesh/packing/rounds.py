@@ -76,7 +76,7 @@ class Packed(NamedTuple):
     net: Net
     start: Figures  # before the first round
     rounds: tuple[Record, ...]
-    stop_reason: str
+    stop_reason: str | None
 
 
 @record
@@ -128,7 +128,7 @@ def all_rounds(
         on_round(records[-1])
         last, begun = done if done.stop_reason is not None else None, perf_counter()
         del done  # or its net, which takes most of the memory, stays while the next round makes its own
-    assert last is not None and last.stop_reason is not None  # the last round tells why it is
+    assert last is not None  # the last round tells why it is
     return Packed(last.net, first, tuple(records), last.stop_reason)
 
 

@@ -59,7 +59,7 @@ class Destination(MeshFiles):
         for name in self.formats:
             FORMATS[name].load()
 
-    def deliver(self, result: Result | SlicedResult) -> dict[str, Any]:
+    def write_result(self, result: Result | SlicedResult) -> dict[str, Any]:
         """Write the mesh and the report, and return the report as written.
 
         If that is a FileError, no file is written, and old ones stay.
@@ -76,7 +76,7 @@ class Destination(MeshFiles):
         tables: Mapping[str, str] = NO_TABLES,
         page: Page | None = None,
     ) -> dict[str, Any]:
-        """Write a mesh and a report of it, as `deliver` those of a run; see `write_files`."""
+        """Write a mesh and a report of it, as `write_result` those of a run; see `write_files`."""
         told = _with_formats_told(report, mesh, self.formats)
         return write_files(mesh, fields, told, self, tables, page)
 
@@ -95,13 +95,13 @@ class StreamDestination:
         """Load what writes the format."""
         FORMATS[self.format_name].load()
 
-    def deliver(self, result: Result | SlicedResult) -> dict[str, Any]:
+    def write_result(self, result: Result | SlicedResult) -> dict[str, Any]:
         """Write the mesh, and return the report, which has no files; a FileError if that cannot be done."""
         assert isinstance(result, Result)  # slices are kept beside files
         return self.write(result.mesh, result.fields, result.report)
 
     def write(self, mesh: Mesh, fields: Fields, report: Mapping[str, Any]) -> dict[str, Any]:
-        """Write a mesh, as `deliver` that of a run."""
+        """Write a mesh, as `write_result` that of a run."""
         write_stream(mesh, fields, self.format_name, self.stream)
         return {**_with_formats_told(report, mesh, [self.format_name]), "files": []}
 

@@ -1,22 +1,22 @@
 """The packing of a problem, in one piece or in parts, as long as the run's time limit leaves time to finish it."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, at_key
 from bubblemesh.packing.net import Net
-from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.refinement import Refined, Refinement
 from bubblemesh.packing.rounds import Figures, Record, all_rounds
 from bubblemesh.parts.store import IN_MEMORY, Keeping
 from bubblemesh.parts.work import Crew, Deadline, Terms, alone
 from bubblemesh.problem.problem import Problem
-from bubblemesh.process.limits import Stopwatch, enter, time_left
+from bubblemesh.process.limits import Stopwatch, enter
 from bubblemesh.process.resources import WorkClock
 from bubblemesh.records import record
 from bubblemesh.run.report import PartsRow, RoundRow
+from bubblemesh.run.time_limit import CutShort, TimeLimit
 from bubblemesh.spacing.grid.table import tabulated
 
 if TYPE_CHECKING:
@@ -57,68 +57,6 @@ class RunOptions:
 
 
 @record
-class CutShort:
-    """A packing, or its refinement, that was ended by the time limit."""
-
-    limit: float | None  # seconds
-    share: float  # of the packing that was done
-    refining: bool = False  # whether the packing was at its end, and was refined
-
-    @property
-    def reason(self) -> str:
-        """Why it ended."""
-        return _reason(self.limit)
-
-    @property
-    def warning(self) -> str:
-        """Warning on what the limit did to the mesh."""
-        if self.refining:
-            return f"{self.reason} ended the refinement for angle_min, largest or overconstrained: the mesh is valid"
-        return (
-            f"{self.reason} ended the packing at about {self.share:.0%}: the mesh is valid, but less good than it "
-            "could be"
-        )
-
-
-@dataclass
-class Clock:
-    """A watch that ends a packing, or its refinement, while there is time to finish it, and hands on the share done."""
-
-    limit: float | None  # seconds
-    reserve: float  # seconds that what follows takes where no other program works
-    on_share: OnShare
-    slowness: float = 1.0  # how many times as long it takes beside other programs
-    share: float = 0.0
-    over: bool = False  # whether it has ended anything
-
-    @property
-    def left(self) -> float:
-        """Seconds until the packing has to end, negative if its time is up; infinite without a limit."""
-        return time_left() - self.reserve * self.slowness
-
-    def __call__(self, share: float) -> None:
-        """Note the share that is done; TimeUp if the time is over."""
-        self.tell(share)
-        if self.left < 0:
-            self.over = True
-            raise TimeUp(_reason(self.limit))
-
-    def tell(self, share: float) -> None:
-        """Hand on the share that is done, and note it while there is time: it is what a limit will have left."""
-        if self.left >= 0 or self.share == 0:
-            self.share = share
-        self.on_share(share)
-
-    def cut_short(self, *, refining: bool = False) -> CutShort:
-        """What the limit has ended."""
-        return CutShort(self.limit, self.share, refining)
-
-
-def _reason(limit: float | None) -> str:
-    return f"the time limit of {limit:g} s"
-
-
-@record
 class PackedProblem:
     """A problem with the rounds that packed it, and the time that each stage took.
 
@@ -155,20 +93,20 @@ def scale_of(problem: Problem) -> float:
 
 def pack(problem: Problem, options: RunOptions) -> PackedProblem:
     """Pack a problem, in parts if the task asks for them, which stay where they are kept if they may."""
-    packing, clock = _whole(problem, options) if problem.task.parts == 1 else _in_parts(problem, options)
-    return _refined(packing, replace(clock, over=False)) if problem.task.demanded else packing
+    packing, limit = _whole(problem, options) if problem.task.parts == 1 else _in_parts(problem, options)
+    return _refined(packing, replace(limit, over=False)) if problem.task.demanded else packing
 
 
-def _refined(packing: PackedProblem, clock: Clock) -> PackedProblem:
+def _refined(packing: PackedProblem, limit: TimeLimit) -> PackedProblem:
     """The packing with the nodes that the demands on each triangle take."""
     problem, stopwatch, cut_short = packing.problem, Stopwatch(packing.seconds), packing.cut_short
     assert isinstance(packing.packed, Net)  # demands need all of it at once
     enter("refinement")
     with stopwatch.stage("refinement"):
         refinement = Refinement(problem.packed_domain, problem.packing_spacing, problem.demands)
-        refined = refinement(packing.packed, clock)
-    if cut_short is None and clock.over:
-        cut_short = clock.cut_short(refining=True)
+        refined = refinement(packing.packed, limit)
+    if cut_short is None and limit.over:
+        cut_short = limit.cut_short(refining=True)
     return replace(
         packing,
         packed=refined.net,
@@ -179,23 +117,23 @@ def _refined(packing: PackedProblem, clock: Clock) -> PackedProblem:
     )
 
 
-def _whole(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]:
-    """Place bubbles and run the rounds of the method; and the clock that watched them."""
+def _whole(problem: Problem, options: RunOptions) -> tuple[PackedProblem, TimeLimit]:
+    """Place bubbles and run the rounds of the method; and the limit that watched them."""
     task, domain, method, stopwatch = problem.task, problem.packed_domain, problem.method, Stopwatch(problem.seconds)
     work = WorkClock()
     with stopwatch.stage("placement"):
         table = tabulated(domain, problem.packing_spacing)
         levels, start = method.started(domain, table, problem.packed_nodes, task.max_nodes)
-    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, options.on_share, work.slowness())
+    limit = TimeLimit(task.time_limit, FINISHING * problem.expected_nodes, options.on_share, work.slowness())
     rows = list[RoundRow]()
     with stopwatch.stage("packing"):
-        done = all_rounds(start, domain, levels, method, problem.spacing, clock, _teller(rows, options))
+        done = all_rounds(start, domain, levels, method, problem.spacing, limit, _teller(rows, options))
     cut_short = (
-        clock.cut_short() if done.rounds[-1].late else None
+        limit.cut_short() if done.rounds[-1].late else None
     )  # not where the time was over as the packing was finished
     speeds, seconds = tuple(record.speeds for record in done.rounds), stopwatch.seconds
     packing = PackedProblem(problem, done.start, tuple(rows), speeds, done.net, done.stop_reason, cut_short, seconds)
-    return packing, clock
+    return packing, limit
 
 
 def _teller(rows: list[RoundRow], options: RunOptions) -> Callable[[Record], None]:
@@ -208,8 +146,8 @@ def _teller(rows: list[RoundRow], options: RunOptions) -> Callable[[Record], Non
     return tell
 
 
-def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clock]:
-    """Pack parts side by side, if it is worth several; and the clock that watched them.
+def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, TimeLimit]:
+    """Pack parts side by side, if it is worth several; and the limit that watched them.
 
     Each part, and each pass over the seams, is reported as a round.
     """
@@ -232,7 +170,7 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clo
         records.append(record)
         tell(record)
 
-    clock = Clock(task.time_limit, FINISHING * problem.expected_nodes, options.on_share)
+    limit = TimeLimit(task.time_limit, FINISHING * problem.expected_nodes, options.on_share)
     method = problem.method
     placement = method.placement.shared(problem.packed_domain, problem.packing_spacing, problem.packed_nodes)
     terms = Terms(
@@ -243,17 +181,17 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Clo
     )
 
     def deadline() -> Deadline:
-        clock.slowness = work.slowness()
-        return Deadline.within(clock.left)
+        limit.slowness = work.slowness()
+        return Deadline.within(limit.left)
 
-    workshop = Workshop(options.crew, keeping.store(scale_of(problem)), on_done, clock.tell)
+    workshop = Workshop(options.crew, keeping.store(scale_of(problem)), on_done, limit.tell)
     with stopwatch.stage("packing"):
         parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, terms, workshop, deadline)
         packed = parted if stay else parted.whole(problem.packing_spacing)
-    cut_short = clock.cut_short() if any(record.late for record in records) else None
+    cut_short = limit.cut_short() if any(record.late for record in records) else None
     why = "all parts and the seams between are packed" if cut_short is None else cut_short.reason
     nodes, speeds = [record.after.nodes for record in records[:parts]], tuple(record.speeds for record in records)
     row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams, problem.needs_all_at_once)
     seconds = stopwatch.seconds
     packing = PackedProblem(problem, parted.start, tuple(rows), speeds, packed, why, cut_short, seconds, parts=row)
-    return packing, clock
+    return packing, limit

@@ -348,7 +348,7 @@ def test_an_error_that_is_none_of_the_parts_is_told_as_it_is(here, monkeypatch, 
     def late(*given):
         raise TimeoutError("too late")  # an OSError as well
 
-    monkeypatch.setattr("bubblemesh.cli.run.deliver", late)
+    monkeypatch.setattr("bubblemesh.cli.run.mesh_and_show", late)
     result = CliRunner().invoke(app, ["run", "plate.yaml", "-o", "out", "--parts", "2", "-q", *options])
     assert "TimeoutError: too late" in result.stderr
     assert "cannot write" not in result.stderr

@@ -26,8 +26,8 @@ from bubblemesh.parts.pipeline import PER_PART, enough_parts
 from bubblemesh.parts.work import Deadline, alone
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.process.resources import WorkClock
-from bubblemesh.run.packing import Clock
 from bubblemesh.run.pipeline import mesh_case
+from bubblemesh.run.time_limit import TimeLimit
 from bubblemesh.spacing.grid.table import tabulated
 
 
@@ -342,13 +342,13 @@ def test_parts_may_have_few_nodes():
 def test_the_share_that_a_time_limit_left_is_that_of_the_parts(monkeypatch):
     """The last share that is told while there is time counts, not what late parts make of it."""
     left, reserve = iter([1e9, 1e9, 1e9, 0.0, 0.0, 0.0, 0.0]), 1.0
-    monkeypatch.setattr("bubblemesh.run.packing.time_left", lambda: next(left))
+    monkeypatch.setattr("bubblemesh.run.time_limit.time_left", lambda: next(left))
     told = list[float]()
-    clock = Clock(5.0, reserve, told.append)
+    limit = TimeLimit(5.0, reserve, told.append)
     for share in (0.1, 0.3, 0.5, 0.8, 1.0):
-        clock.tell(share)
+        limit.tell(share)
     assert told == [0.1, 0.3, 0.5, 0.8, 1.0]
-    assert clock.share == 0.5
+    assert limit.share == 0.5
 
 
 def test_cuts_keep_off_corners_that_are_nearly_on_them():

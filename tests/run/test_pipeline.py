@@ -209,7 +209,7 @@ def test_report_of_the_rounds_is_consistent(example):
 
 def test_a_packing_that_was_finished_as_the_time_was_over_is_not_told_to_be_cut_short(monkeypatch):
     def finish_late(progress, finish=Progress.finish):
-        monkeypatch.setattr("bubblemesh.run.packing.time_left", lambda: 0.0)
+        monkeypatch.setattr("bubblemesh.run.time_limit.time_left", lambda: 0.0)
         finish(progress)
 
     monkeypatch.setattr(Progress, "finish", finish_late)

@@ -11,13 +11,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from bubblemesh.case import Case, Output
-    from bubblemesh.run.delivery import Meshing
     from bubblemesh.run.destination import Destination, StreamDestination
     from bubblemesh.run.mesh_file import MeshOfFile
     from bubblemesh.run.output import OutputOptions
+    from bubblemesh.run.writing import Meshing
 
 
-def deliver(
+def mesh_and_show(
     meshing: "Meshing",
     case: "Case",
     source: str,
@@ -30,10 +30,10 @@ def deliver(
     If the mesh is not what the case requires, that is raised in the end.
     """
     from bubblemesh.console.run import PackingProgress
-    from bubblemesh.run.delivery import deliver as delivered
+    from bubblemesh.run.writing import mesh_and_write
 
     progress = PackingProgress(f"packing {case.name}", quiet, heed)
-    result, report = delivered(meshing, case, source, place, progress)
+    result, report = mesh_and_write(meshing, case, source, place, progress)
     show_written(report, place, as_json, quiet)
     if result.verdict is not None:
         raise result.verdict

@@ -1,4 +1,4 @@
-"""Delivery of a run: a case is meshed, and the result is written, within the limits of the case."""
+"""A case is meshed, and the result is written, within the limits of the case."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -24,27 +24,27 @@ class Watcher(Protocol):
         """A share of the packing is done."""
 
 
-class Delivery(NamedTuple):
+class Written(NamedTuple):
     """Result of a run, and its report as written."""
 
     result: Result | SlicedResult
     report: dict[str, Any]
 
 
-def deliver(
+def mesh_and_write(
     meshing: Meshing,
     case: Case,
     source: str,
     place: Destination | StreamDestination,
     watching: AbstractContextManager[Watcher],
-) -> Delivery:
+) -> Written:
     """Mesh a case and write the result to a place; ``watching`` is entered while it is meshed.
 
     Whether the mesh is what the case requires is the ``verdict`` of the result. Errors begin with the ``source``, the
     name of the case's file. FileError if the result cannot be written, if possible before the work.
     """
 
-    def delivered() -> Delivery:
+    def written() -> Written:
         with watching as watcher, located(source, case.origin):
 
             def on_share(share: float) -> None:
@@ -52,7 +52,7 @@ def deliver(
                 place.load()  # while workers pack other parts, if there are any
 
             result = meshing(watcher.show, on_share)
-        return Delivery(result, place.deliver(result))
+        return Written(result, place.write_result(result))
 
     place.require_writable()
-    return case.within_limits(delivered, f"{source}: ")
+    return case.within_limits(written, f"{source}: ")

@@ -6,11 +6,11 @@ import pytest
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, FileError, RequirementError
-from bubblemesh.run.delivery import deliver
 from bubblemesh.run.output import OutputOptions, place_of
 from bubblemesh.run.packing import RunOptions
 from bubblemesh.run.pipeline import run_case
 from bubblemesh.run.preview import preview
+from bubblemesh.run.writing import mesh_and_write
 
 CASE = """\
 domain: {outer: {rectangle: [0, 0, 1, 1]}}
@@ -32,7 +32,7 @@ def test_a_case_is_meshed_watched_and_written(tmp_path):
     case = load_case("one.yaml", text=f"{CASE}require: {{quality_min: 0.9999}}\n")
     place = place_of(case, "one.yaml", OutputOptions(f"{tmp_path}/out/"))
     listener = Listener()
-    result, report = deliver(
+    result, report = mesh_and_write(
         lambda *told: run_case(case, RunOptions(*told)), case, "one.yaml", place, nullcontext(listener)
     )
     assert [row.round for row in listener.rounds] == [1, 2]
@@ -47,7 +47,7 @@ def test_a_result_that_cannot_be_written_is_not_made(tmp_path):
     case = load_case("one.yaml", text=CASE)
     place = place_of(case, "one.yaml", OutputOptions(f"{tmp_path}/out/"))
     with pytest.raises(FileError):
-        deliver(pytest.fail, case, "one.yaml", place, nullcontext(Listener()))
+        mesh_and_write(pytest.fail, case, "one.yaml", place, nullcontext(Listener()))
 
 
 def test_a_preview_has_figures_and_places_of_errors():
