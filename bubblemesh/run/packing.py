@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from itertools import starmap
 from typing import TYPE_CHECKING
 
 from bubblemesh.arrays import Floats
@@ -65,14 +66,23 @@ class PackedProblem:
 
     problem: Problem
     start: Figures
-    rounds: tuple[RoundRow, ...]
-    speeds: tuple[Floats, ...]
+    records: tuple[Record, ...]  # of rounds; in parts, of each part and each pass over the seams
     packed: "Net | Parted"
     stop_reason: str | None
     cut_short: CutShort | None  # if the time limit ended it
     seconds: Mapping[str, float]
     refined: Refined | None = None  # if there are demands on each triangle
     parts: PartsRow | None = None  # if it was packed in parts
+
+    @property
+    def rounds(self) -> tuple[RoundRow, ...]:
+        """Figures of each record."""
+        return tuple(starmap(RoundRow.of, enumerate(self.records, 1)))
+
+    @property
+    def speeds(self) -> tuple[Floats, ...]:
+        """Mean speeds after the steps of each record."""
+        return tuple(record.speeds for record in self.records)
 
     @property
     def nodes(self) -> int:
@@ -125,23 +135,21 @@ def _whole(problem: Problem, options: RunOptions) -> tuple[PackedProblem, TimeLi
         table = tabulated(domain, problem.packing_spacing)
         levels, start = method.started(domain, table, problem.packed_nodes, task.max_nodes)
     limit = TimeLimit(task.time_limit, FINISHING * problem.expected_nodes, options.on_share, work.slowness())
-    rows = list[RoundRow]()
     with stopwatch.stage("packing"):
-        done = all_rounds(start, domain, levels, method, problem.spacing, limit, _teller(rows, options))
-    cut_short = (
-        limit.cut_short() if done.rounds[-1].late else None
-    )  # not where the time was over as the packing was finished
-    speeds, seconds = tuple(record.speeds for record in done.rounds), stopwatch.seconds
-    packing = PackedProblem(problem, done.start, tuple(rows), speeds, done.net, done.stop_reason, cut_short, seconds)
+        done = all_rounds(start, domain, levels, method, problem.spacing, limit, _teller([], options))
+    late = done.rounds[-1].late  # not where the time was over as the packing was finished
+    cut_short = limit.cut_short() if late else None
+    seconds = stopwatch.seconds
+    packing = PackedProblem(problem, done.start, done.rounds, done.net, done.stop_reason, cut_short, seconds)
     return packing, limit
 
 
-def _teller(rows: list[RoundRow], options: RunOptions) -> Callable[[Record], None]:
-    """Listener that numbers records, and appends them to the rows."""
+def _teller(records: list[Record], options: RunOptions) -> Callable[[Record], None]:
+    """Listener that appends records to others, and hands on their figures."""
 
     def tell(record: Record) -> None:
-        rows.append(RoundRow.of(len(rows) + 1, record))
-        options.on_round(rows[-1])
+        records.append(record)
+        options.on_round(RoundRow.of(len(records), record))
 
     return tell
 
@@ -163,13 +171,7 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Tim
             raise CaseError(f"about {problem.packed_nodes:.0f} nodes are too few for {parts} parts: ask for fewer")
     task, stopwatch, keeping = problem.task, Stopwatch(problem.seconds), options.keeping
     stay = keeping.in_slices and not problem.needs_all_at_once
-    rows, records, work = list[RoundRow](), list[Record](), WorkClock()
-    tell = _teller(rows, options)
-
-    def on_done(record: Record) -> None:
-        records.append(record)
-        tell(record)
-
+    records, work = list[Record](), WorkClock()
     limit = TimeLimit(task.time_limit, FINISHING * problem.expected_nodes, options.on_share)
     method = problem.method
     placement = method.placement.shared(problem.packed_domain, problem.packing_spacing, problem.packed_nodes)
@@ -184,14 +186,14 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Tim
         limit.slowness = work.slowness()
         return Deadline.within(limit.left)
 
-    workshop = Workshop(options.crew, keeping.store(scale_of(problem)), on_done, limit.tell)
+    workshop = Workshop(options.crew, keeping.store(scale_of(problem)), _teller(records, options), limit.tell)
     with stopwatch.stage("packing"):
         parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, terms, workshop, deadline)
         packed = parted if stay else parted.whole(problem.packing_spacing)
     cut_short = limit.cut_short() if any(record.late for record in records) else None
     why = "all parts and the seams between are packed" if cut_short is None else cut_short.reason
-    nodes, speeds = [record.after.nodes for record in records[:parts]], tuple(record.speeds for record in records)
+    nodes = [record.after.nodes for record in records[:parts]]
     row = PartsRow(parts, min(nodes), max(nodes), parted.on_cuts, parted.in_seams, problem.needs_all_at_once)
     seconds = stopwatch.seconds
-    packing = PackedProblem(problem, parted.start, tuple(rows), speeds, packed, why, cut_short, seconds, parts=row)
+    packing = PackedProblem(problem, parted.start, tuple(records), packed, why, cut_short, seconds, parts=row)
     return packing, limit
