@@ -43,7 +43,7 @@ class Boundary:
     start: Integers  # (p,), corner, or -1 for a closed curve without any
     end: Integers  # (p,), likewise
     label: Integers  # (p,), index into ``labels``
-    ring: Integers  # (p,), outer rings first, from 0; inner pieces have a negative one
+    ring: Integers  # (p,), outer rings first, from 0; inner pieces have a negative one, line k of a domain -1 - k
     left: Integers  # (p,), number of the region on that side, -1 outside the domain
     right: Integers  # (p,), likewise
     named: Booleans  # (p,), whether the label was given, not made up

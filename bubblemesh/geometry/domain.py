@@ -13,6 +13,7 @@ from bubblemesh.errors import CaseError, GeometryError, about
 from bubblemesh.files import require_name
 from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
+from bubblemesh.geometry.arrangement.open_ends import OpenEnds
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
@@ -193,6 +194,11 @@ class Domain(Uncached):
     def corner_fans(self) -> CornerFans:
         """Ends of the boundary's pieces around its corners."""
         return corner_fans(self.boundary)
+
+    @cached_property
+    def open_ends(self) -> OpenEnds:
+        """Ends of embedded lines at which nothing else is; the key `join` of lines moves none onto a coast."""
+        return OpenEnds(self.parts.lines, self.boundary, self.size, rings_joined=not self.groups)
 
     @cached_property
     def polygonal_copy(self) -> PolygonalCopy:

@@ -21,6 +21,7 @@ from bubblemesh.problem.files import unit_of_files
 from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
 from bubblemesh.problem.lines_and_points import has_followable
 from bubblemesh.problem.node_target import CLOSE, CountTrial, Scales, ScaleSearch, fit_node_target
+from bubblemesh.problem.open_ends import missed_contacts
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
@@ -200,6 +201,7 @@ def _warnings(
     texts = (
         *domain.notes,
         *request.warnings,
+        *missed_contacts(domain, fitted.requested),
         *warnings.sharp_angles(domain),
         # How many nodes detail takes is known for circles only.
         *(warnings.refined_boundary(short, coarse, edges) if request.metrics else warnings.detail(detail)),

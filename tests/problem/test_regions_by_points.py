@@ -14,6 +14,7 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.problem.domain import case_domain
+from bubblemesh.problem.prepare import prepare
 
 BOX = "  outer: {rectangle: [0, 0, 4, 2], labels: [bottom, right, top, left]}\n"
 
@@ -204,15 +205,13 @@ def test_points_that_name_no_face_of_their_own_are_refused(text, message):
 
 def test_a_gap_that_is_hardly_meant_is_told_and_join_closes_it():
     line = "{path: [[2, 0], [2, 1.999]], label: h"
-    domain = domain_of(section(line + "}", "{name: a, at: [1, 1]}"))
-    assert domain.parts.regions[0].polygon.area == 8
-    (note,) = domain.notes
+    problem = prepare(load_case("gap.yaml", text=section(line + "}", "{name: a, at: [1, 1]}") + "spacing: 0.2\n"))
+    assert problem.domain.parts.regions[0].polygon.area == 8
+    (note,) = problem.warnings
     assert note == (
-        "region 'a' is on both sides of a line: the line 'h' ends at (2, 1.999), 0.001 from 'top': join: 0.001 closes "
-        "the gap"
+        "the line 'h' ends at (2, 1.999), 0.001 from 'top', where the spacing is 0.2: join: 0.001 closes the gap"
     )
     assert regions_of(section(line + ", join: 0.001}", "{name: a, at: [1, 1]}")) == [("a", 4, 0)]
-    assert domain_of(section("{path: [[2, 0], [2, 1.9]]}", "{name: a, at: [1, 1]}")).notes == ()
 
 
 @pytest.mark.parametrize(

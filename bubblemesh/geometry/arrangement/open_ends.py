@@ -1,29 +1,29 @@
-"""Open ends of embedded lines, which leave the faces open that the lines are to part; and what closes them."""
+"""Open ends of embedded lines, which part nothing there; and what closes the gaps to what is nearest."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.arrangement.bellies import NEWTON_STEPS
 from bubblemesh.geometry.arrangement.crossings import ChordBoxes, chord_boxes
-from bubblemesh.geometry.arrangement.walks import EnclosedFaces
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import OpenPath
 from bubblemesh.messages import just_above, place
 from bubblemesh.records import Uncached, record
 
 FAR = 0.1  # of the domain's size: ends that are farther from all else are left out
-HARDLY_MEANT = 1e-3  # of the domain's size: ends that are nearer to something do not end there on purpose
+NEARLY_CLOSED = 0.5  # of the length of a line: its ends are farther from each other in a line that does not close
 MOST_NAMED = 3
 
 
 class Gap(NamedTuple):
     """What is between an open end of a line and the nearest thing."""
 
+    at: Floats  # (2,), the open end
     width: float
     text: str  # where the line ends, and how far from what
     join: str | None  # the value of the key that closes it, if the line has it
@@ -31,48 +31,41 @@ class Gap(NamedTuple):
 
 @record(eq=False)
 class OpenEnds(Uncached):
-    """Ends, at which nothing else is, of the first so many lines, whose pieces have the ring numbers -1, -2 and so on.
-
-    ``boundary`` has all noded pieces, ``faces`` those that bound faces.
-    """
+    """Ends of lines at which nothing else is; the pieces of the lines have the ring numbers -1, -2 and so on."""
 
     lines: Sequence[OpenPath]
-    boundary: Boundary
-    faces: EnclosedFaces
+    boundary: Boundary  # of noded pieces, each once
     size: float  # of the domain
+    rings_joined: bool = True  # whether `join` moves ends onto rings
 
-    def advice(self, face: int) -> str:
-        """What to do about a face that is open."""
-        gaps = self._gaps(face, FAR * self.size)[:MOST_NAMED]
+    def advice(self, some: Booleans) -> str:
+        """What to do about a face that is open, of the ends (k,) in it."""
+        gaps = self.gaps(np.where(some, FAR * self.size, 0.0))[:MOST_NAMED]
         if not gaps:
             return "draw a line from side to side between them, or give both the same name"
         told = [gap.text + (f" (join: {gap.join} closes that)" if gap.join else "") for gap in gaps]
         return "; ".join(told)
 
-    def notes(self, names: Mapping[int, str]) -> Iterator[str]:
-        """Notes on lines with one region, by its face, on both sides, of which an end hardly ends there on purpose."""
-        for face, name in names.items():
-            for width, text, join in self._gaps(face, HARDLY_MEANT * self.size):
-                advice = f"join: {join} closes the gap" if join else f"if {width:.2g} are missing, give the point there"
-                yield f"region {name!r} is on both sides of a line: {text}: {advice}"
+    @property
+    def places(self) -> Floats:
+        """Places (k, 2) of the ends."""
+        return self.boundary.corners[self._ends[0]]
 
-    def _gaps(self, face: int, reach: float) -> list[Gap]:
-        """Gaps up to a width at open ends in a face, the narrowest first."""
-        corner, piece, around = self._ends
-        ends = zip(corner[around == face].tolist(), piece[around == face].tolist(), strict=True)
-        found = (self._gap(one, own, reach) for one, own in ends)
+    def gaps(self, reaches: Floats) -> list[Gap]:
+        """Gaps at the ends up to a width (k,) of each, the narrowest first; none where that is 0."""
+        ends = zip(*(column.tolist() for column in self._ends), reaches.tolist(), strict=True)
+        found = (self._gap(corner, piece, reach) for corner, piece, reach in ends if reach > 0)
         return sorted((gap for gap in found if gap is not None), key=lambda gap: gap.width)
 
     @cached_property
-    def _ends(self) -> tuple[Integers, Integers, Integers]:
-        """Corners (k,) of open ends, the pieces (k,) that end there, and the faces (k,) around them."""
+    def _ends(self) -> tuple[Integers, Integers]:
+        """Corners (k,) of open ends, and the pieces (k,) that end there."""
         boundary = self.boundary
         own = boundary.inner & (-1 - boundary.ring < len(self.lines)) & ~boundary.closed
         uses = np.bincount(np.concatenate([boundary.start, boundary.end])[np.tile(~boundary.closed, 2)])
         corner = np.concatenate([boundary.start[own], boundary.end[own]])
         alone = uses[corner] == 1
-        corner, piece = corner[alone], np.tile(np.flatnonzero(own), 2)[alone]
-        return corner, piece, self.faces.around(boundary.corners[corner])
+        return corner[alone], np.tile(np.flatnonzero(own), 2)[alone]
 
     @cached_property
     def _chords(self) -> ChordBoxes:
@@ -93,14 +86,17 @@ class OpenEnds(Uncached):
         if min(width, its_own) > reach:
             return None
         if its_own < width:
-            return Gap(its_own, f"{told}, {its_own:.2g} from its other end", None)
-        beside = boundary.labels[boundary.label[other[np.argmin(gaps)]]]
-        join = just_above(width / line.unit) if "lines" in line.key else None
-        return Gap(width, f"{told}, {width:.2g} from {beside!r}", join)
+            return Gap(at, its_own, f"{told}, {its_own:.2g} from its other end", None)
+        nearest = other[np.argmin(gaps)]
+        beside = boundary.labels[boundary.label[nearest]]
+        joins = "lines" in line.key and (self.rings_joined or boundary.inner[nearest])
+        return Gap(at, width, f"{told}, {width:.2g} from {beside!r}", just_above(width / line.unit) if joins else None)
 
     def _to_other_end(self, corner: int, ring: int) -> float:
-        """Distance of an open end from the other one of the same line, if that is open too."""
-        corners, pieces, _ = self._ends
-        others = corners[(self.boundary.ring[pieces] == ring) & (corners != corner)]
+        """Distance of the first open end of a line from the other one, if the line nearly closes: one gap for both."""
+        corners, pieces = self._ends
+        others = corners[(self.boundary.ring[pieces] == ring) & (corners > corner)]
         away = self.boundary.corners[others] - self.boundary.corners[corner]
-        return float(np.hypot(*away.T).min(initial=np.inf))
+        width = float(np.hypot(*away.T).min(initial=np.inf))
+        length = float(self.boundary.lengths[self.boundary.ring == ring].sum())
+        return width if width < NEARLY_CLOSED * length else np.inf

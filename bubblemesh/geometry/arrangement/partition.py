@@ -72,7 +72,7 @@ def partitioned(
     seen[keep] = sides.seen
     partly = select(along, ~np.isin(whole.ring[along.piece], covered))
     notes += *overlap_notes(final, parts.lines, partly), *lost_notes(whole, final, along, seen), *seeded.notes
-    single = replace(single, ring=np.maximum(single.ring, -1))
+    single = replace(single, ring=np.maximum(single.ring, -1 - len(parts.lines)))
     return *_in_order(single, replace(parts, regions=tuple(sides.regions), seeds=())), notes
 
 

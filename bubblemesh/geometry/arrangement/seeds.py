@@ -57,10 +57,12 @@ def seeded_regions(
         return SeededRegions([], RegionsAround(none, none), [])
     _require_inside(parts.seeds, single, size, polygon)
     faces = EnclosedFaces.of(single)
-    ends = OpenEnds(parts.lines, single, faces, size)
+    ends = OpenEnds(parts.lines, single, size)
     seeds = dict[int, Seed]()  # the first one in each face
     for seed, face in zip(parts.seeds, faces.around(_places(parts.seeds)).tolist(), strict=True):
-        _require_one_name(seeds.setdefault(face, seed), seed, ends, face)
+        if (first := seeds.setdefault(face, seed)).name != seed.name:
+            with about(seed.key):
+                raise _not_separated(first, seed, ends.advice(faces.around(ends.places) == face))
     before = Boundary.of(rings, boundary.area_of_ring).with_inner(parts.paths)
     sides = [*(ring.sides for ring in rings), *(path.sides for path in parts.paths)]
     assembly = Assembly(faces.boundary, before, [side.curve for some in sides for side in some])
@@ -70,7 +72,6 @@ def seeded_regions(
     region = number[faces.of_all_sides.ravel()]
     inside = np.flatnonzero(region >= 0)
     notes = [note for seed in parts.seeds for note in seed.notes]
-    notes += ends.notes({face: seed.name for face, seed in seeds.items()})
     return SeededRegions(regions, RegionsAround(inside, region[inside]), notes)
 
 
@@ -108,11 +109,9 @@ def _require_inside(seeds: Sequence[Seed], boundary: Boundary, size: float, poly
                 )
 
 
-def _require_one_name(one: Seed, other: Seed, ends: OpenEnds, face: int) -> None:
-    """Check that two seeds in one face have the same name; GeometryError, with what leaves the face open, if not."""
-    if one.name != other.name:
-        with about(other.key):
-            raise GeometryError(
-                f"no line separates the points of regions {one.name!r} at {place(one.at)} and {other.name!r} at "
-                f"{place(other.at)}: {ends.advice(face)}"
-            )
+def _not_separated(one: Seed, other: Seed, advice: str) -> GeometryError:
+    """The error of two seeds with different names in one face."""
+    return GeometryError(
+        f"no line separates the points of regions {one.name!r} at {place(one.at)} and {other.name!r} at "
+        f"{place(other.at)}: {advice}"
+    )
