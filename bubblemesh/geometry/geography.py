@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.contacts_as_given import NO_CONTACTS, contacts_between
@@ -29,6 +29,8 @@ DEGREES = "EPSG:4326"
 NEAREST_POLE = 89.0  # degrees of latitude
 WIDEST = 180.0  # degrees of longitude
 HALF_TURN = 180.0
+LARGEST_PLACE = 1e9  # coordinates of any system, degrees, metres or feet: larger ones are no place on the earth
+FARTHEST = 2 * HALF_TURN, 90.0  # degrees of longitude and latitude; maps across the date line go on beyond 180
 LARGEST_SCALE = 1.05  # lengths in the plane in terms of those on the ground
 BENT = 0.002  # of its length: a straight side in degrees that departs more from a line in the plane becomes a polyline
 PIECES = 1000  # of one side, at most
@@ -215,10 +217,16 @@ class Plane:
         return points, pieces.tolist()
 
 
+def are_off_the_earth(points: Floats) -> Booleans:
+    """Mask (n,) of the points (n, 2) that are no longitudes and latitudes, in degrees, of any map."""
+    beyond: Booleans = ~(np.abs(points) <= FARTHEST).all(axis=1)
+    return beyond
+
+
 def _require_degrees(points: Floats) -> None:
     """Check that points (n, 2) are longitudes and latitudes of one part of the earth; CaseError if not."""
     x, y = points.T
-    bad = np.flatnonzero((np.abs(y) > 90) | (np.abs(x) > 2 * HALF_TURN))
+    bad = np.flatnonzero(are_off_the_earth(points))
     if len(bad):
         px, py = points[bad[0]].tolist()
         raise CaseError(f"({px:g}, {py:g}) is no longitude and latitude: correct it, or crs.from")

@@ -8,6 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.geometry.geography import (
+    full_turn,
     is_projecting,
     projected,
     projected_if_near,
@@ -18,7 +19,7 @@ from bubblemesh.geometry.geography import (
 )
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.rings import LineTo
-from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, vertices_of
+from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, require_on_the_earth, vertices_of
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.systems import require_one_system
 
@@ -37,6 +38,8 @@ def projected_features(path: Path, content: FeatureCollection, selection: Select
         raise CaseError("units and scale are not for coordinates with a crs: leave them out")
     points = vertices_of(features)
     require_system(content.system, content.degrees, points)
+    if full_turn() is not None:
+        require_on_the_earth(features)
     projected(points)  # all at once: they decide on the plane, and are checked
     return [_projected(one) for one in features]
 

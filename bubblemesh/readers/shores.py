@@ -14,7 +14,7 @@ from bubblemesh.geometry.geography import full_turn, require_system
 from bubblemesh.geometry.nesting import polygons_of
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted, extent
-from bubblemesh.readers.features import Feature, vertices_of
+from bubblemesh.readers.features import Feature, require_on_the_earth, vertices_of
 from bubblemesh.readers.formats import read_content
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.shore_lines import given_place, left_of, shore_lines
@@ -43,6 +43,8 @@ def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, 
     content = read_content(path, selection, "lines" if of == "lines" else "rings")
     features = selection.of(content.features)
     require_system(content.system, content.degrees, vertices_of(features))
+    if content.degrees or full_turn() is not None:
+        require_on_the_earth(features)
     frame = shapely.box(*box)
     found, notes = _left_of(features, box, frame) if of == "lines" else _areas(features, box, frame)
     shore = shapely.union_all([shape.boundary for shape in found])

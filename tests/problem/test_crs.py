@@ -546,6 +546,16 @@ def test_hole_points_and_inner_lines_of_a_file_are_places_on_the_earth(in_folder
         prepare(case({"file": "a.poly"}, "2 km"))
 
 
+def test_a_vertex_of_a_file_that_is_no_place_is_told_with_its_feature(in_folder):
+    data = json.loads((in_folder / "coast.geojson").read_text())
+    data["geometry"]["coordinates"][0][6] = [2, 154.2]
+    (in_folder / "coast.geojson").write_text(json.dumps(data))
+    with pytest.raises(
+        CaseError, match=r"coast.geojson: feature 0 \(sea\): vertex 7 at \(2, 154.2\) is no longitude and latitude"
+    ):
+        prepare(case({"file": "coast.geojson"}))
+
+
 @pytest.mark.parametrize(
     ("keys", "crs", "message"),
     [

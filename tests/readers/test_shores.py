@@ -101,6 +101,36 @@ def test_metres_have_no_turns(land):
 
 
 @pytest.mark.parametrize(
+    ("crs", "bad", "message"),
+    [
+        ("EPSG:4326", (1e30, 50.5), r"feature 1: point 3 at \(1e\+30, 50.5\) is no place on the earth: correct it"),
+        ("EPSG:25832", (1, 1e30), r"feature 1: point 3 at \(1, 1e\+30\) is no place on the earth: correct it"),
+        ("EPSG:4326", (1.2, 150.5), r"feature 1: vertex 3 at \(1.2, 150.5\) is no longitude and latitude: correct it"),
+        ("EPSG:4326", (1000, 50.5), r"feature 1: vertex 3 at \(1000, 50.5\) is no longitude and latitude: correct it"),
+    ],
+)
+def test_a_vertex_that_is_no_place_is_refused_with_its_feature(land, crs, bad, message):
+    pytest.importorskip("pyproj")
+    island = shapely.Polygon([(1, 50.4), (1.2, 50.4), bad, (1, 50.6)])
+    with pytest.raises(CaseError, match=f"^{message}"):
+        land([shapely.box(1.5, 50.2, 1.8, 50.5), island], BOX, crs=crs)
+
+
+def test_a_file_that_says_it_is_in_degrees_has_places_also_without_crs(tmp_path):
+    path = tmp_path / "s.geojson"
+    island = shapely.Polygon([(1, 50.4), (1.2, 50.4), (1.2, 150.5), (1, 50.6)])
+    feature = {"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(island)}
+    data = {"type": "FeatureCollection", "features": [feature]}
+    path.write_text(json.dumps(data))
+    assert len(land_in(path, "land", None, tuple(BOX)).shapes) == 1
+    path.write_text(
+        json.dumps(data | {"crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}})
+    )
+    with pytest.raises(CaseError, match=r"^feature 0: vertex 3 at \(1.2, 150.5\) is no longitude and latitude"):
+        land_in(path, "land", None, tuple(BOX))
+
+
+@pytest.mark.parametrize(
     ("shapes", "of"),
     [
         ([shapely.box(5, 49, 6, 52)], "land"),
