@@ -219,8 +219,8 @@ class Plane:
 
 def are_off_the_earth(points: Floats) -> Booleans:
     """Mask (n,) of the points (n, 2) that are no longitudes and latitudes, in degrees, of any map."""
-    beyond: Booleans = ~(np.abs(points) <= FARTHEST).all(axis=1)
-    return beyond
+    x, y = np.abs(points).T
+    return ~((x <= FARTHEST[0]) & (y <= FARTHEST[1]))
 
 
 def _require_degrees(points: Floats) -> None:
