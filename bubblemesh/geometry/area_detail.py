@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.coverage import is_coverage
 from bubblemesh.geometry.nesting import enclosures
 from bubblemesh.geometry.paths import Line
 from bubblemesh.geometry.repair_work import Work, outer_points
@@ -80,7 +81,7 @@ def simplified(shapes: Sequence[shapely.Polygon], length: float, work: Work) -> 
     Whyatt. No rings cross afterwards; GeometryError if they do before. Rings with curves stay as they are.
     """
     given = np.array(shapes, dtype=object)
-    if not shapely.is_valid(given).all() or not shapely.coverage_is_valid(given):
+    if not shapely.is_valid(given).all() or not is_coverage(given):
         raise GeometryError("simplify: the rings cross, or the areas overlap: set repair: true as well")
     given = _without_short_borders(given, length, work)
     sparse, off, at = _sparsest(given, length, work)

@@ -9,6 +9,7 @@ import shapely
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.errors import GeometryError, NeighbourError
 from bubblemesh.geometry.arrangement import NEARLY, ROUNDINGS, TOUCHING
+from bubblemesh.geometry.coverage import is_coverage, surely_coverage
 from bubblemesh.geometry.near_vertices import without_near_vertices
 from bubblemesh.geometry.neighbours import gaps_between, merged, owners
 from bubblemesh.geometry.nesting import Shapes, enclosures, made_valid, polygons_of
@@ -63,7 +64,7 @@ def _matched_in_pairs(shapes: Shapes, names: Sequence[str], join: float | None, 
     if join is not None and join > WIDEST_JOIN * size:
         raise GeometryError(f"{key}: {join:g} is too much for regions that are {size:g} wide together: make it smaller")
     reach = max(NEARLY * size, rounding, join or 0.0)  # a domain could not have what is nearer than the first of these
-    if shapely.coverage_is_valid(shapes, reach):
+    if is_coverage(shapes, reach):
         return Matched(shapes, np.zeros(len(shapes), bool))
     if join is None:  # the widest overlap is reported before narrow slivers
         _without_overlaps(shapes, names, rounding, rounding)
@@ -269,8 +270,9 @@ def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float, roundin
     shapes = shapes.copy()
     for number in np.flatnonzero(~shapely.is_valid(shapes)).tolist():  # parts that share a side
         shapes[number] = shapely.union_all(polygons_of(made_valid(shapes[number])), grid_size=rounding)
-    i, j = shapely.STRtree(shapes).query(shapes, predicate="intersects")
-    i, j = i[i < j], j[i < j]
+    if surely_coverage(shapes):
+        return shapes
+    i, j = _overlapping_pairs(shapes)
     common, size = _surely(shapely.intersection, shapes[i], shapes[j], rounding), shapely.area(shapes)
     area = shapely.area(common)
     nested = area >= (1 - INNERMOST) * np.minimum(size[i], size[j])
@@ -285,6 +287,21 @@ def _without_overlaps(shapes: Shapes, names: Sequence[str], join: float, roundin
         left = _surely(shapely.difference, result[j[k]], result[i[k]], rounding)
         result[j[k]] = shapely.MultiPolygon(polygons_of(left))
     return result
+
+
+def _overlapping_pairs(shapes: Shapes) -> tuple[Integers, Integers]:
+    """Numbers (k,) of pairs of valid polygons with interior points in common, the lower one first.
+
+    Of both the larger one is prepared, in which only what is near the other one is looked at.
+    """
+    i, j = shapely.STRtree(shapes).query(shapes)
+    i, j = i[i < j], j[i < j]
+    size = shapely.get_num_coordinates(shapes)
+    larger = size[i] >= size[j]
+    one, other = shapes[np.where(larger, i, j)], shapes[np.where(larger, j, i)]
+    shapely.prepare(shapes)
+    over = shapely.intersects(one, other) & ~shapely.touches(one, other)
+    return i[over], j[over]
 
 
 def _surely(operation: Callable[..., Any], one: Any, other: Any, rounding: float) -> Any:

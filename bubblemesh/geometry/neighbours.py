@@ -4,6 +4,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Booleans, Floats, Integers, different_rows
+from bubblemesh.geometry.coverage import is_coverage
 from bubblemesh.geometry.nesting import Shapes, holes_of, polygons_of
 
 SURROUNDED = 1 - 1e-9  # share of the border of a piece that another one is all around
@@ -11,12 +12,12 @@ SURROUNDED = 1 - 1e-9  # share of the border of a piece that another one is all 
 
 def common_holes(shapes: Shapes) -> Shapes:
     """Holes (h,) of all polygons (n,) together, with whatever lies within; if no borders are shared, those of each."""
-    return holes_of(shapely.coverage_union_all(shapes) if shapely.coverage_is_valid(shapes) else shapes)
+    return holes_of(shapely.coverage_union_all(shapes) if is_coverage(shapes) else shapes)
 
 
 def gaps_between(shapes: Shapes) -> Shapes:
     """Holes (g,) that two or more of polygons (n,) with exactly shared borders leave between them; else none."""
-    if not shapely.coverage_is_valid(shapes):
+    if not is_coverage(shapes):
         return shapes[:0]
     holes = common_holes(shapes)
     pairs, _ = common_borders(np.concatenate([shapes, holes]))
@@ -78,6 +79,6 @@ def merged(pieces: Shapes, owner: Integers) -> Shapes:
 
 def united(shapes: Shapes) -> shapely.Geometry:
     """The union of polygons (n,), with just the vertices that these have if their borders are exactly shared."""
-    whole = shapely.coverage_union_all(shapes) if shapely.coverage_is_valid(shapes) else shapely.union_all(shapes)
+    whole = shapely.coverage_union_all(shapes) if is_coverage(shapes) else shapely.union_all(shapes)
     parts = polygons_of(whole)
     return parts[0] if len(parts) == 1 else shapely.MultiPolygon(parts)

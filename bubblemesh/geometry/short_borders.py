@@ -4,6 +4,7 @@ import numpy as np
 import shapely
 
 from bubblemesh.arrays import Floats, Integers, different_rows
+from bubblemesh.geometry.coverage import is_coverage
 from bubblemesh.geometry.nesting import Shapes
 
 MEETING = 3  # borders in a point where areas meet
@@ -30,7 +31,7 @@ def without_short_borders(shapes: Shapes, length: float) -> tuple[Shapes, Floats
         stay = np.unique(number.ravel()[wrong[owner]])  # vertices of polygons that would vanish
         kept = np.isin(np.arange(len(points)), stay) | np.isin(place, stay)
         place = np.where(kept, np.arange(len(points)), place)
-    if not shapely.coverage_is_valid(made):
+    if not is_coverage(made):
         return shapes, points[:0], 0.0
     off = np.hypot(*(points[place] - points).T)
     return made, points[moved], float(off.max(initial=0.0))

@@ -13,6 +13,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement import NEARLY, TOUCHING
 from bubblemesh.geometry.arrangement.covering import later_ones, require_all_left
 from bubblemesh.geometry.borders import matched
+from bubblemesh.geometry.coverage import is_coverage
 from bubblemesh.geometry.nesting import Shapes, polygons_of, shapes_of, thick
 from bubblemesh.geometry.paths import Area, Line, Point, Ring, RingChange
 from bubblemesh.geometry.repair import Repair
@@ -217,6 +218,6 @@ def united(areas: Sequence[Area]) -> list[Area]:
 
 def _united(shapes: Shapes, size: float, grid: float | None = None) -> Shapes:
     """The parts of the union of polygons of a ``size`` together, by coordinates that are multiples of a ``grid``."""
-    exact = grid is None and shapely.coverage_is_valid(shapes)
+    exact = grid is None and is_coverage(shapes)
     whole = shapely.coverage_union_all(shapes) if exact else shapely.union_all(shapes, grid_size=grid)
     return np.array(thick(whole, TOUCHING * size).geoms)  # where areas do not meet exactly there are flat holes
