@@ -178,8 +178,9 @@ def turned_left(vectors: Floats) -> Floats:
 
 def ring_area(points: Floats) -> float:
     """Area within a ring of points (n, 2), negative where they go clockwise."""
-    x, y = (points - points[0]).T
-    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)) / 2
+    near = points - points[0]
+    (x, y), (xx, yy) = near.T, np.concatenate([near[1:], near[:1]]).T
+    return float(np.sum(x * yy - xx * y)) / 2
 
 
 def each_once(numbers: Integers) -> Integers:

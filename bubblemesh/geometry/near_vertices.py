@@ -16,7 +16,8 @@ def without_near_vertices(shapes: Shapes, near: float) -> tuple[Shapes, Booleans
     afterwards. A shape that would become invalid or vanish keeps its sides, or its spikes, and with it its neighbours.
     """
     found = _without_short_sides(shapes, near)
-    for k, shape in enumerate(found.tolist()):
+    for k in _with_spikes(found, near).tolist():
+        shape = found[k]
         blunt = _blunt(shape, near)
         if (
             shapely.get_num_coordinates(blunt) < shapely.get_num_coordinates(shape)
@@ -63,6 +64,29 @@ def _once(shape: shapely.Geometry) -> shapely.Geometry:
     return _through(shape, lambda points: points[(points != np.roll(points, 1, axis=0)).any(axis=1)])
 
 
+def _with_spikes(shapes: Shapes, thin: float) -> Integers:
+    """Numbers (k,) of the shapes of which `blunted` leaves out a point."""
+    parts, shape = shapely.get_parts(shapes, return_index=True)
+    rings, part = shapely.get_rings(parts, return_index=True)
+    points, ring = shapely.get_coordinates(rings, return_index=True)
+    inner = np.diff(ring) == 0  # the last point of a ring is its first
+    steps, ring = np.diff(points, axis=0)[inner], ring[:-1][inner]
+    first = np.flatnonzero(np.diff(ring, prepend=-1))
+    count = np.diff(first, append=len(ring))
+    before = np.arange(len(ring)) - 1
+    before[first] = first + count - 1
+    spikes = _turn_back(steps[before], steps, thin) & (np.repeat(count, count) > 3)
+    return np.unique(shape[part[ring[spikes]]])
+
+
+def _turn_back(before: Floats, after: Floats, thin: float) -> Booleans:
+    """Mask (m,) of the points where steps (m, 2) after them run back beside those before them, nearer than ``thin``."""
+    (ux, uy), (wx, wy) = before.T, after.T
+    longer = np.maximum(np.hypot(ux, uy), np.hypot(wx, wy))
+    back: Booleans = (ux * wx + uy * wy < 0) & (np.abs(ux * wy - uy * wx) <= thin * longer)
+    return back
+
+
 def _blunt(shape: shapely.Geometry, near: float) -> shapely.Geometry:
     """A shape without spikes up to a width; empty if a ring around it vanishes."""
     return _through(shape, lambda points: blunted(points, near))
@@ -81,9 +105,8 @@ def _through(shape: shapely.Geometry, change: Callable[[Floats], Floats]) -> sha
 def blunted(points: Floats, thin: float) -> Floats:
     """Points (m, 2) of a ring without those at which it turns back beside itself, nearer than ``thin``."""
     while len(points) > 3:
-        (ux, uy), (wx, wy) = (points - np.roll(points, 1, axis=0)).T, (np.roll(points, -1, axis=0) - points).T
-        longer = np.maximum(np.hypot(ux, uy), np.hypot(wx, wy))
-        spikes = np.flatnonzero((ux * wx + uy * wy < 0) & (np.abs(ux * wy - uy * wx) <= thin * longer))
+        before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+        spikes = np.flatnonzero(_turn_back(before, after, thin))
         if len(spikes) == 0:
             break
         points = np.delete(points, spikes[0], axis=0)  # its neighbour may be a spike now

@@ -19,6 +19,7 @@ from bubblemesh.meshes.quads import Cells
 from bubblemesh.meshfiles.text import dumped
 
 LABELS_FILE = ".labels.json"
+NOTHING_KEPT: Mapping[str, Mapping[str, str]] = {}
 PARTITION, NODE_OWNER = "partition", "owner"  # data of triangles and of nodes: the part that has each
 GLOBAL_NODE, GLOBAL_CELL = "GlobalNodeId", "GlobalElementId"  # data of pieces: numbers in the whole mesh
 ENDS = "periodic-ends"  # name of the points where periodic sides meet others
@@ -228,7 +229,13 @@ def names_of_points(mesh: Mesh) -> list[str]:
     return [name for name, group in group_names(mesh).items() if group.dimension == 0]
 
 
-def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *, complete: bool) -> str | None:
+def labels_text(
+    mesh: Mesh,
+    spellings: Mapping[str, Mapping[str, str] | None],
+    *,
+    complete: bool,
+    kept: Mapping[str, Mapping[str, str]] = NOTHING_KEPT,
+) -> str | None:
     """Text of the sidecar: id and dimension of each group by name, and its name in formats that spell it differently.
 
     Labelled points have the numbers of their nodes, from 0; periodic sides the label of their counterpart and the shift
@@ -242,6 +249,8 @@ def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *
         For each format that is written, the spelling of each name; None if it has ids only.
     complete
         Whether all formats hold the labelled points and periodic pairs of the mesh.
+    kept
+        Spellings by format of each name in files that were written before, and stay.
 
     Returns
     -------
@@ -252,7 +261,8 @@ def labels_text(mesh: Mesh, spellings: Mapping[str, Mapping[str, str] | None], *
     entries = {}
     for number, (name, group) in enumerate(group_names(mesh).items(), start=1):
         other = {form: words[name] for form, words in spellings.items() if words and words.get(name, name) != name}
-        entries[name] = group._asdict() | more.get(number, {}) | ({"written": other} if other else {})
+        written = {**kept.get(name, {}), **other}
+        entries[name] = group._asdict() | more.get(number, {}) | ({"written": written} if written else {})
     if complete and None not in spellings.values() and not any("written" in entry for entry in entries.values()):
         return None
     return dumped(entries, indent=2) + "\n"

@@ -1,7 +1,7 @@
 """Names of groups for which a mesh file has only numbers or other words, from the file of labels beside it."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from os.path import isfile
 from pathlib import Path
@@ -36,6 +36,27 @@ def named(source: Source, path: Path) -> Source:
         open_sets=tuple(true.get(name, name) for name in source.open_sets),
         cell_tags={tag: [true.get(name, name) for name in names] for tag, names in source.cell_tags.items()},
     )
+
+
+def kept_spellings(folder: Path, name: str, formats: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Spellings by format of each group in NAME.labels.json, for files in other than these formats that are there.
+
+    Empty if there is no such table, or it is damaged: then it is replaced.
+    """
+    try:
+        entries = _entries(json.loads(read_bytes(folder / f"{name}{LABELS_FILE}")))
+    except (ValueError, RecursionError, FileError):
+        return {}
+    others = {form: format.files[0] for form, format in FORMATS.items() if form not in formats}
+    there = {
+        form
+        for form, end in others.items()
+        if any(isfile(folder / f"{stem}{end}") for stem in (name, f"{name}.{form}"))  # noqa: PTH113 - as above
+    }
+    return {
+        group: {form: word for form, word in entry["written"].items() if form in there}
+        for group, entry in entries.items()
+    }
 
 
 def _spelling(source: Source, path: Path, entries: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:

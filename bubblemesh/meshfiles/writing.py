@@ -14,6 +14,7 @@ from bubblemesh.meshes.slices import SlicedMesh
 from bubblemesh.meshfiles.formats import format_named, require_order
 from bubblemesh.meshfiles.groups import LABELS_FILE, Fields, labels_text
 from bubblemesh.meshfiles.mesh_files import MeshFiles
+from bubblemesh.meshfiles.names import kept_spellings
 from bubblemesh.meshfiles.text import json_text, write_text
 from bubblemesh.meshfiles.transaction import transaction
 from bubblemesh.process.limits import enter
@@ -34,7 +35,7 @@ def write_files(
     """Write a mesh in several formats, and the report, all of them or none.
 
     NAME.labels.json has the ids of all names, if a format has no names or spells them differently, and the labelled
-    points and periodic sides, if a format cannot hold them.
+    points and periodic sides, if a format cannot hold them. Files of the name in other formats keep their spellings.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def write_files(
     """
     frame = mesh.frame if isinstance(mesh, SlicedMesh) else mesh
     require_order(into.formats, frame.order)
-    texts = {**tables, **_labels(frame, into.formats), **_beside(frame, into.formats)}
+    texts = {**tables, **_labels(frame, into), **_beside(frame, into.formats)}
     names = into.file_names(_parts(mesh), [*texts, *([PAGE_FILE] if page else []), REPORT_FILE])
     into.require_distinct(names)
     begun = perf_counter()
@@ -152,11 +153,16 @@ def _beside(mesh: Mesh, formats: Iterable[str]) -> dict[str, str]:
     return {end: text for form in formats for end, text in format_named(form).text_beside(mesh).items()}
 
 
-def _labels(mesh: Mesh, formats: Iterable[str]) -> dict[str, str]:
-    """Text of the sidecar with the ids of all names, by the end of its name, if a format needs it."""
-    table = {form: format_named(form) for form in formats}
+def _labels(mesh: Mesh, into: MeshFiles) -> dict[str, str]:
+    """Text of the sidecar with the ids of all names, by the end of its name, if a format needs it.
+
+    It also has the spellings of files in other formats that were written before, with the same name.
+    """
+    table = {form: format_named(form) for form in into.formats}
     spellings = {name: form.names(mesh) for name, form in table.items()}
-    text = labels_text(mesh, spellings, complete=all(form.holds_all_of(mesh) for form in table.values()))
+    complete = all(form.holds_all_of(mesh) for form in table.values())
+    kept = kept_spellings(into.folder, into.name, into.formats)
+    text = labels_text(mesh, spellings, complete=complete, kept=kept)
     return {} if text is None else {LABELS_FILE: text}
 
 

@@ -6,6 +6,7 @@ import json
 import pytest
 from sandwiches import ODD, sandwich
 
+from bubblemesh import Mesh
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
@@ -36,3 +37,28 @@ def test_the_sidecar_spells_the_names_that_a_format_holds(tmp_path, form, dimens
     write_files(mesh, {}, {}, MeshFiles(tmp_path, "plate", [form, "vtu"]))
     sidecar = json.loads((tmp_path / "plate.labels.json").read_text())
     assert {entry["dimension"] for entry in sidecar.values() if "written" in entry} == dimensions
+
+
+def test_files_in_other_formats_that_are_there_keep_their_spellings(tmp_path):
+    mesh = sandwich(ODD, ("glass fibre", "b c"))
+    for form in ("inp", "med"):
+        write_files(mesh, {}, {}, MeshFiles(tmp_path, "plate", [form]))
+    names = {*mesh.labels, *mesh.regions}
+    for file in ("plate.inp", "plate.med"):
+        found = Mesh.read(tmp_path / file)
+        assert names <= {*found.labels, *found.regions}
+    both = json.loads((tmp_path / "plate.labels.json").read_text())
+    assert {form for entry in both.values() for form in entry.get("written", {})} == {"inp", "med"}
+    (tmp_path / "plate.inp").unlink()
+    write_files(mesh, {}, {}, MeshFiles(tmp_path, "plate", ["med"]))
+    left = json.loads((tmp_path / "plate.labels.json").read_text())
+    assert {form for entry in left.values() for form in entry.get("written", {})} == {"med"}
+
+
+@pytest.mark.parametrize("damaged", ["", "[]", '{"a": 3}', "\udcff"])
+def test_a_damaged_sidecar_is_replaced(tmp_path, damaged):
+    file = tmp_path / "plate.labels.json"
+    file.write_bytes(damaged.encode(errors="surrogateescape"))
+    (tmp_path / "plate.inp").touch()
+    write_files(sandwich(), {}, {}, MeshFiles(tmp_path, "plate", ["vtu"]))
+    assert "interface" in json.loads(file.read_text())
