@@ -90,20 +90,21 @@ class Work:
         return {as_point(point) for points in self.outlines for point in points}
 
     @cached_property
-    def _copies(self) -> list[PolygonalCopy]:
-        return [PolygonalCopy.of(Boundary.of([ring])) for ring in self.rings]
+    def _copies(self) -> list[tuple[Floats, Integers]]:
+        """Points (m, 2) of the polygonal copy of each ring, and the side (m,) of the chord that starts there."""
+        return [_copy(ring) for ring in self.rings]
 
     @cached_property
     def _chords(self) -> shapely.STRtree:
         """The chords of all rings, in order."""
-        chords = [np.stack([copy.points, np.roll(copy.points, -1, axis=0)], axis=1) for copy in self._copies]
+        chords = [np.stack([points, np.roll(points, -1, axis=0)], axis=1) for points, _ in self._copies]
         return shapely.STRtree(shapely.linestrings(np.concatenate(chords)))
 
     @cached_property
     def _numbers(self) -> Integers:
         """Numbers (c, 2) of the ring and its side of each of these chords."""
-        owner = np.repeat(np.arange(len(self._copies)), [len(copy.piece) for copy in self._copies])
-        return np.column_stack([owner, np.concatenate([copy.piece for copy in self._copies])])
+        owner = np.repeat(np.arange(len(self._copies)), [len(side) for _, side in self._copies])
+        return np.column_stack([owner, np.concatenate([side for _, side in self._copies])])
 
     @cached_property
     def _sides(self) -> NDArray[np.object_]:
@@ -111,6 +112,13 @@ class Work:
         found = np.empty(len(self._numbers), dtype=object)
         found[:] = [self.rings[ring].sides[side] for ring, side in self._numbers.tolist()]
         return found
+
+
+def _copy(ring: Ring) -> tuple[Floats, Integers]:
+    if all(isinstance(side.curve, Line) for side in ring.sides):  # a boundary of each of thousands takes long
+        return np.array(ring.vertices, float), np.arange(len(ring.vertices))
+    copy = PolygonalCopy.of(Boundary.of([ring]))
+    return copy.points, copy.piece
 
 
 def _along(points: Floats) -> Line | Polyline:
