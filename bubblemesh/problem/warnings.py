@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, concatenated, members, select
+from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, members, select
+from bubblemesh.geometry.corners import ANGLE_ROUNDING
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls, Gaps
 from bubblemesh.messages import counted, place
@@ -22,6 +23,7 @@ SAMPLING = 1 / 64  # of the domain's size, along straight walls
 MOST_SAMPLES = 100_000
 NARROW = 0.7  # spacings: triangles across what is wider are good
 SHARPEST = 5.0  # degrees
+BEYOND = 1e-3  # of the length of a side: how far from its end one looks at the tip of a slit
 MOST_ANGLES = 5  # that a warning lists one by one
 HARDLY_MEANT = 1e-3  # of the spacing: narrower parts may be gaps by mistake
 MANY_TIMES = 1.5  # the nodes of a spacing: more of them have a warning
@@ -38,6 +40,7 @@ def sharp_angles(domain: Domain) -> list[str]:
     boundary, ends = domain.boundary, domain.corner_fans
     angle = np.degrees(ends.angle_to(ends.following))
     sharp = np.flatnonzero(ends.within(boundary) & (angle < SHARPEST))
+    sharp = sharp[~_at_tips_of_slits(domain, sharp)]
     sharp = sharp[np.argsort(angle[sharp], kind="stable")]
     sharp = sharp[np.sort(np.unique(ends.corner[sharp], return_index=True)[1])]
     if len(sharp) == 0:
@@ -52,6 +55,20 @@ def sharp_angles(domain: Domain) -> list[str]:
         f"{len(sharp)} angles of the domain are below {SHARPEST:g} degrees, {which} {angles}: triangles there are as "
         "sharp in any mesh"
     ]
+
+
+def _at_tips_of_slits(domain: Domain, some: Integers) -> Booleans:
+    """Whether ends (k,) of pieces are at the tip of a slit of no angle, around which the domain is, not the other way.
+
+    Directions that differ by rounding do not tell which it is: a place just beyond the tip does.
+    """
+    boundary, fans = domain.boundary, domain.corner_fans
+    piece, corner = fans.piece[some], fans.corner[some]
+    two = (np.bincount(fans.corner, minlength=len(boundary.corners))[corner] == 2) & ~boundary.inner[piece]
+    flat = np.abs(fans.angle_to(fans.following)[some]) <= ANGLE_ROUNDING
+    ahead = np.column_stack([np.cos(fans.direction[some]), np.sin(fans.direction[some])])
+    beyond = boundary.corners[corner] - BEYOND * boundary.lengths[piece][:, None] * ahead
+    return two & flat & domain.contains(beyond)
 
 
 def larger_than_the_domain(extremes: Extremes, size: float, unit: str | None) -> list[str]:

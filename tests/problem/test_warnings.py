@@ -70,6 +70,17 @@ def test_no_false_alarm_of_narrow_parts(domain, spacing):
     assert narrow_parts(FacingWalls(domain), spacing, None, None) == []
 
 
+@pytest.mark.parametrize("half_width", [1e-6, 1e-7, 1e-8])
+@pytest.mark.parametrize("turn", [0, 1.2, 4.3])
+def test_the_tip_of_a_slit_is_no_sharp_corner_and_that_of_a_needle_is(half_width, turn):
+    square = np.array([(0, -1), (1, -1), (1, 1), (0, 1)])
+    slit = np.array([(0, half_width), (0.5, 0), (0, -half_width)])
+    turned = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    assert sharp_angles(Domain.of(polygon(np.vstack([square, slit]) @ turned))) == []
+    needle = np.array([(1, -1), (1, -half_width), (1.5, 0), (1, half_width), (1, 1), (0, 1), (0, -1)])
+    assert len(sharp_angles(Domain.of(polygon(needle @ turned)))) == 1
+
+
 @pytest.mark.parametrize("degrees", [1, 3, 4.9])
 @pytest.mark.parametrize("turn", [0, 2.5, 4.3])
 def test_sharp_corner_is_named_with_its_angle(degrees, turn):
