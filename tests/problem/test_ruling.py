@@ -55,6 +55,13 @@ def test_rules_and_the_boundary_are_named_where_they_make_it_finer():
     assert rulers("8 + 0*x", places, domain) == ["boundary", "spacing", "spacing"]
 
 
+def test_the_growth_that_every_packing_has_is_no_boundary():
+    domain, places = {"outer": {"rectangle": [0, 0, 10, 10]}}, [(5, 4.8), (5, 7), (5, 1)]
+    steep = {"value": "0.1 if y > 5 else 0.5"}
+    assert rulers(steep, places, domain) == ["growth", "value", "value"]
+    assert rulers(steep | {"growth": 0.4}, places, domain) == ["growth", "value", "value"]
+
+
 def test_periodic_sides_are_named_where_the_other_one_is_finer():
     domain = BASIN | {"periodic": [["east", "west"]], "regions": []}
     found = rulers({"value": "1 if x < 10 else 4"}, [(1, 20), (99.5, 20), (50, 20)], domain)
