@@ -206,7 +206,7 @@ def _warnings(
         # How many nodes detail takes is known for circles only.
         *(warnings.refined_boundary(short, coarse, edges) if request.metrics else warnings.detail(detail)),
         *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
-        *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.requested),
+        *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.requested, request.rules),
     )
     return once_each(texts)
 

@@ -12,6 +12,7 @@ from bubblemesh.geometry.narrow_parts import FacingWalls, Gaps
 from bubblemesh.messages import counted, place
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace, size_across, surely_wide
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
+from bubblemesh.spacing.rules.rules import ACROSS, Rules
 from bubblemesh.spacing.rules.sources import Sources
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes
@@ -22,12 +23,16 @@ if TYPE_CHECKING:
 SAMPLING = 1 / 64  # of the domain's size, along straight walls
 MOST_SAMPLES = 100_000
 NARROW = 0.7  # spacings: triangles across what is wider are good
+# Where parts have been filled, as in corners: what is left has angles of 25 degrees, and nothing is to be done.
+NARROW_IF_FILLED = 0.5
+MORE_ACROSS = 1.5  # times: so many more spacings across are advised
 SHARPEST = 5.0  # degrees
 BEYOND = 1e-3  # of the length of a side: how far from its end one looks at the tip of a slit
 MOST_ANGLES = 5  # that a warning lists one by one
 HARDLY_MEANT = 1e-3  # of the spacing: narrower parts may be gaps by mistake
 MANY_TIMES = 1.5  # the nodes of a spacing: more of them have a warning
 JOIN = "join beside the line or file closes a gap that is not meant"
+UNFILLED = Rules(across=0.0)
 SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 FELT = 1.01  # times finer: no mesh shows less
@@ -96,13 +101,17 @@ def small_parts(parts: int | None, nodes: float) -> list[str]:
 
 
 def narrow_parts(
-    walls: FacingWalls, spacing: Spacing, left_out: NarrowPlace | None, requested: Spacing | None
+    walls: FacingWalls,
+    spacing: Spacing,
+    left_out: NarrowPlace | None,
+    requested: Spacing | None,
+    rules: Rules = UNFILLED,
 ) -> list[str]:
     """The place where the domain is narrowest in terms of the spacing, if clearly narrower than that.
 
     Likewise where a line or point inside the domain is nearest to another one, or to a wall. Of a ``requested`` spacing
     in a metric the size across counts. If narrow parts are left as they are since they would take too many nodes, the
-    key that fills them is named.
+    key that fills them is named; if they have been filled, as ``rules`` say or by default, a larger value of it.
     """
     if surely_wide(walls, spacing):
         return []
@@ -112,13 +121,18 @@ def narrow_parts(
     gaps = concatenated([walls.facing(piece, s, d, d), walls.facing_corners(corner, ahead_of)])
     sized = requested if requested is not None and requested.in_metric else spacing
     warnings = []
-    force = "" if left_out is None else "; more would take many times the nodes: across: 1 in the spacing forces them"
-    for at, width, d_there in _narrowest(select(gaps, ~gaps.inner), sized):
+    force, filled = "", left_out is None and rules.across != 0
+    if left_out is not None:
+        force = "; more would take many times the nodes: across: 1 in the spacing forces them"
+    elif filled and not rules.minimum:
+        force = f"; across: {MORE_ACROSS * (rules.across or ACROSS):g} in the spacing makes it finer there"
+    least = NARROW_IF_FILLED if filled else NARROW
+    for at, width, d_there in _narrowest(select(gaps, ~gaps.inner), sized, least):
         warnings.append(
             f"the domain is {width:.3g} wide at {place(at)}, narrower than the spacing there ({d_there:.3g}): only "
             f"boundary nodes fit{force}"
         )
-    for at, width, d_there in _narrowest(select(gaps, gaps.inner), sized):
+    for at, width, d_there in _narrowest(select(gaps, gaps.inner), sized, least):
         join = f"; {JOIN}" if width < HARDLY_MEANT * d_there else ""
         warnings.append(
             f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
@@ -127,13 +141,13 @@ def narrow_parts(
     return warnings
 
 
-def _narrowest(gaps: Gaps, spacing: Spacing) -> list[tuple[Floats, float, float]]:
-    """Place, width and spacing where the width is least in terms of the spacing, if it is less."""
+def _narrowest(gaps: Gaps, spacing: Spacing, least: float) -> list[tuple[Floats, float, float]]:
+    """Place, width and spacing where the width is least in terms of the spacing, if it is below so many of these."""
     if len(gaps.number) == 0:
         return []
     there = size_across(gaps, spacing)
     worst = int(np.argmin(gaps.widths / there))
-    narrow = gaps.widths[worst] < NARROW * there[worst]
+    narrow = gaps.widths[worst] < least * there[worst]
     return [(gaps.places[worst], gaps.widths[worst], there[worst])] if narrow else []
 
 

@@ -11,6 +11,7 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.warnings import RefiningEdges, limited_growth, narrow_parts, refined_boundary, sharp_angles
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.resolution import SteepestPlace
+from bubblemesh.spacing.rules.rules import Rules
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 
@@ -215,3 +216,31 @@ def test_a_limit_of_growth_that_changes_nothing_is_not_told(share, ratio, told):
     grading = LimitedSpacing(uniform(1), SteepestPlace((0.5, 0.5), 1.0, 4.5), share, ratio)
     texts = limited_growth(grading, None, None)
     assert texts == ([] if told is None else [f"the spacing grows by 4.5 per length at (0.5, 0.5), from 1: {told}"])
+
+
+@pytest.mark.parametrize(
+    ("rules", "width", "expected"),
+    [
+        (Rules(across=0.0), 0.06, "only boundary nodes fit"),
+        (Rules(), 0.06, None),
+        (Rules(), 0.04, "only boundary nodes fit; across: 1.5 in the spacing makes it finer there"),
+        (Rules(across=2.0), 0.04, "only boundary nodes fit; across: 3 in the spacing makes it finer there"),
+        (Rules(minimum=0.1), 0.04, "only boundary nodes fit"),
+    ],
+)
+def test_what_is_left_of_filled_parts_is_told_where_triangles_are_poor_with_what_fills_it(rules, width, expected):
+    domain = Domain.of(
+        rectangle(-1, -1, 1, 1), [rectangle(-0.5, -0.5, 0.5, -width / 2), rectangle(-0.5, width / 2, 0.5, 0.5)]
+    )
+    found = narrow_parts(FacingWalls(domain), uniform(0.1), None, None, rules)
+    assert [text.partition("): ")[2] for text in found] == ([] if expected is None else [expected])
+
+
+def test_a_thin_cap_that_the_spacing_fits_has_no_warning():
+    text = """
+domain:
+  outer: {rectangle: [0, 0, 4, 4]}
+  regions: [{name: fibre, ring: {circle: {center: [-0.436, 2], radius: 0.5}}}]
+spacing: {value: 0.17, across: 1}
+"""
+    assert prepare(load_case("cap.yaml", text=text)).warnings == ()
