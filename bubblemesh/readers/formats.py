@@ -74,6 +74,7 @@ def is_of_maps(path: Path) -> bool:
     return known is not None and known.of_maps
 
 
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".gif", ".bmp")
 # For formats that are not read, how to convert such a file.
 ELSEWHERE = {
     (".kml", ".kmz", ".gml", ".gpx", ".fgb", ".gdb", ".osm", ".pbf", ".tab", ".mif", ".e00", ".parquet"): (
@@ -83,7 +84,7 @@ ELSEWHERE = {
         "export its outline as {0}.dxf from a drawing program"
     ),
     (".ai", ".eps", ".pdf", ".cdr", ".wmf", ".emf"): "export it as {0}.svg from a drawing program",
-    (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".gif", ".bmp"): "trace its outlines to {0}.svg, as Inkscape does",
+    PICTURES: "trace its outlines to {0}.svg, as Inkscape does",
     (".gz", ".svgz", ".bz2", ".xz", ".zip", ".7z"): "unpack {1} first",
 }
 
@@ -153,6 +154,11 @@ def read_regions(
     `read_areas`, and GeometryError if neighbours overlap.
     """
     with prefixed(path):
+        if path.suffix.lower() in (*PICTURES, ".npy", ".npz"):
+            raise FileError(
+                f"{path.suffix} is not read: rasterio.features.shapes makes polygons of an image with labels, which "
+                'share their borders: "Images with labels" in docs/regions.md has a program for it'
+            )
         content = read_content(path, selection, "points")  # a ring in a list of points would have no name
         if key not in OF_ANY_FEATURE:
             content.require_properties()

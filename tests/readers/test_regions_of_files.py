@@ -2,19 +2,22 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 
 from bubblemesh.case import load_case
-from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.errors import CaseError, FileError, GeometryError
 from bubblemesh.meshes.conformity import require_conforming
 from bubblemesh.meshfiles.formats import FORMATS
 from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.readers.formats import read_regions
+from bubblemesh.readers.selection import Selection
 from bubblemesh.run.pipeline import mesh_case
 
 WEST, EAST = shapely.box(0, 0, 1, 2), shapely.box(1, 0, 3, 1)
@@ -647,3 +650,12 @@ def test_a_feature_that_later_ones_cover_is_told(found):
         GeometryError, match=r"nothing is left of region 'west' at .*: 'east', which comes later, covers"
     ):
         found(ORDERED, west=WEST, east=shapely.box(-1, -1, 3, 3))
+
+
+@pytest.mark.parametrize("name", ["phases.png", "PHASES.TIF", "phases.npy"])
+def test_a_picture_as_regions_leads_to_the_program_that_makes_polygons(name):
+    with pytest.raises(
+        FileError, match=r'is not read: rasterio.features.shapes makes polygons .* "Images with labels" in'
+    ):
+        read_regions(Path(name), Selection(), "phase")
+    assert "**Images with labels.**" in (Path(__file__).parents[2] / "docs/regions.md").read_text()
