@@ -1,6 +1,6 @@
 """Detail that is left out of areas: small islands and holes, vertices, short borders."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import compress
 
 import numpy as np
@@ -17,6 +17,8 @@ from bubblemesh.geometry.short_borders import without_short_borders
 from bubblemesh.geometry.small_areas import absorbed, notes_of
 from bubblemesh.messages import counted
 
+CLEAR_CHANGE = 0.01  # of the area of a region
+MOST_NAMED = 3
 TOLERANCES = 12  # tried at most, to find one that leaves no vertex farther off than allowed
 CLOSE = 1.05  # two of them are so close that no more are tried in between
 
@@ -94,6 +96,20 @@ def simplified(shapes: Sequence[shapely.Polygon], length: float, work: Work) -> 
     return list(sparse)
 
 
+def changed_areas(
+    before: Sequence[shapely.Polygon], after: Sequence[shapely.Polygon], names: Sequence[str]
+) -> Iterator[str]:
+    """The note on the areas of regions, by their ``names`` (n,), that simplifying has changed clearly, if any."""
+    known, number = np.unique(np.array(names, dtype=object), return_inverse=True)
+    old, new = (np.bincount(number, shapely.area(shapes)) for shapes in (before, after))
+    change = (new - old) / old
+    clear = [k for k in np.argsort(-np.abs(change), kind="stable").tolist() if abs(change[k]) >= CLEAR_CHANGE]
+    if clear:
+        told = [f"{known[k]!r} from {old[k]:.6g} to {new[k]:.6g} ({change[k]:+.1%})" for k in clear[:MOST_NAMED]]
+        more = f" and {counted(len(clear) - len(told), 'more region')}" if len(clear) > len(told) else ""
+        yield f"simplify changes the areas of regions: {', '.join(told)}{more}: a smaller length changes them less"
+
+
 def _sparsest(given: "NDArray[np.object_]", length: float, work: Work) -> tuple["NDArray[np.object_]", float, Floats]:
     """The polygons with the largest tolerance for which no vertex is farther off than a length; how far, and where.
 
@@ -135,9 +151,25 @@ def _sparser(given: "NDArray[np.object_]", tolerance: float) -> Sequence[shapely
     """The polygons with fewer vertices; the tolerance is a length for separate areas, else the root of an area."""
     neighbours = shapely.STRtree(given).query(given, predicate="touches")[0]
     if len(neighbours):
-        return list(shapely.coverage_simplify(given, tolerance))
+        return list(shapely.coverage_simplify([*given, *_pins(given)], tolerance))[: len(given)]
     made = shapely.get_parts(shapely.simplify(shapely.multipolygons(given), tolerance))
     return list(made) if len(made) == len(given) else list(given)
+
+
+def _pins(given: "NDArray[np.object_]") -> list[shapely.Polygon]:
+    """Triangles outside, two at each corner of the box around all polygons that is one of their vertices.
+
+    A vertex of three polygons stays, and so the frame of a picture does.
+    """
+    x0, y0, x1, y1 = shapely.total_bounds(given).tolist()
+    vertices = set(map(tuple, shapely.get_coordinates(given).tolist()))
+    found = list[shapely.Polygon]()
+    for x, away in ((x0, x0 - x1), (x1, x1 - x0)):
+        for y, up in ((y0, y0 - y1), (y1, y1 - y0)):
+            if (x, y) in vertices:
+                corner, beyond = (x, y), (x + away, y + up)
+                found += [shapely.Polygon([corner, beside, beyond]) for beside in ((x + away, y), (x, y + up))]
+    return found
 
 
 def _from_rings(points: Floats, shapes: "NDArray[np.object_]") -> Floats:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, ring_area
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.area_detail import (
+    changed_areas,
     require_beside_each_other,
     simplified,
     without_small,
@@ -96,7 +97,8 @@ class Repair:
             shapes, names = without_small_neighbours(shapes, names, self.smallest, work)
         if self.simplify is not None and shapes:
             require_beside_each_other(shapes, names)
-            shapes = simplified(shapes, self.simplify, work)
+            given, shapes = shapes, simplified(shapes, self.simplify, work)
+            work.notes += changed_areas(given, shapes, names)
         if not shapes:
             raise GeometryError(f"nothing is left of {counted(len(areas), 'area')} after the repair: keep larger parts")
         if not work.changes:

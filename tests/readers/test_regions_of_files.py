@@ -659,3 +659,27 @@ def test_a_picture_as_regions_leads_to_the_program_that_makes_polygons(name):
     ):
         read_regions(Path(name), Selection(), "phase")
     assert "**Images with labels.**" in (Path(__file__).parents[2] / "docs/regions.md").read_text()
+
+
+def blob(radius=6):
+    """Two phases of pixels in a box of 30 by 20: a disc of steps that meets a corner, and the rest."""
+    y, x = np.indices((20, 30)) + 0.5
+    within = (np.hypot(x - 15, y - 10) < radius) | (np.hypot(x, y) < radius)
+    cells = shapely.box(x - 0.5, y - 0.5, x + 0.5, y + 0.5)
+    return {"disc": shapely.coverage_union_all(cells[within]), "rest": shapely.coverage_union_all(cells[~within])}
+
+
+@pytest.mark.parametrize("length", [1, 2, 5, 20])
+def test_simplify_keeps_the_frame_and_tells_areas_that_change(found, length):
+    shapes = blob()
+    domain = found(LAND.replace("NAME}", f"NAME, simplify: {length}}}"), **shapes)
+    assert domain.polygon.area == pytest.approx(600, abs=1e-9)
+    assert {(0.0, 0.0), (30.0, 0.0), (30.0, 20.0), (0.0, 20.0)} <= set(map(tuple, domain.boundary.corners.tolist()))
+    areas = dict.fromkeys(shapes, 0.0)
+    for region in domain.parts.regions:
+        areas[region.name] += region.polygon.area
+    notes = [note for note in domain.notes if "simplify changes the areas of regions: " in note]
+    change = areas["disc"] / shapes["disc"].area - 1
+    assert len(notes) == (abs(change) >= 0.01)
+    if notes:
+        assert f"'disc' from {shapes['disc'].area:g} to {areas['disc']:.6g} ({change:+.1%})" in notes[0]
