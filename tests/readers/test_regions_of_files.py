@@ -661,17 +661,18 @@ def test_a_picture_as_regions_leads_to_the_program_that_makes_polygons(name):
     assert "**Images with labels.**" in (Path(__file__).parents[2] / "docs/regions.md").read_text()
 
 
-def blob(radius=6):
-    """Two phases of pixels in a box of 30 by 20: a disc of steps that meets a corner, and the rest."""
+def phases():
+    """A disc of pixels in a picture of 30 by 20, and parts that reach its frame near a corner."""
     y, x = np.indices((20, 30)) + 0.5
-    within = (np.hypot(x - 15, y - 10) < radius) | (np.hypot(x, y) < radius)
-    cells = shapely.box(x - 0.5, y - 0.5, x + 0.5, y + 0.5)
-    return {"disc": shapely.coverage_union_all(cells[within]), "rest": shapely.coverage_union_all(cells[~within])}
+    cells, disc = shapely.box(x - 0.5, y - 0.5, x + 0.5, y + 0.5), np.hypot(x - 15, y - 10) < 6
+    beside = [shapely.box(0, 3, 2, 8), shapely.box(3, 0, 8, 2)]
+    rest = shapely.coverage_union_all(cells[~disc]) - shapely.union_all(beside)
+    return {"disc": shapely.coverage_union_all(cells[disc]), "a": beside[0], "b": beside[1], "rest": rest}
 
 
 @pytest.mark.parametrize("length", [1, 2, 5, 20])
 def test_simplify_keeps_the_frame_and_tells_areas_that_change(found, length):
-    shapes = blob()
+    shapes = phases()
     domain = found(LAND.replace("NAME}", f"NAME, simplify: {length}}}"), **shapes)
     assert domain.polygon.area == pytest.approx(600, abs=1e-9)
     assert {(0.0, 0.0), (30.0, 0.0), (30.0, 20.0), (0.0, 20.0)} <= set(map(tuple, domain.boundary.corners.tolist()))
