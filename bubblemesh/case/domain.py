@@ -12,6 +12,7 @@ from bubblemesh.case.fields import (
     OneLabel,
     OneOrMore,
     Point,
+    Positive,
     PositiveArea,
     Strict,
     Text,
@@ -105,6 +106,10 @@ class InnerKeys(Strict):
     lines: tuple[LineKeys, ...] = Field(default=(), description="Lines that edges of the mesh follow.")
     periodic: tuple[SidePair, ...] = Field(
         default=(), description="Pairs of labels of sides whose nodes match, shifted or turned."
+    )
+    periodic_tolerance: Positive | None = Field(
+        default=None,
+        description="Length by which two periodic sides may differ: the second one becomes the first one moved.",
     )
     points: tuple[PointKeys, ...] = Field(default=(), description="Points that are nodes of the mesh.")
 

@@ -20,6 +20,7 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans, require_separation
 from bubblemesh.geometry.distance.projection import Feet, Nearest, Projection, projection_onto
 from bubblemesh.geometry.geography import Plane
+from bubblemesh.geometry.matched_sides import with_matched_sides as matched_sides
 from bubblemesh.geometry.paths import Area, Ring, RingChange, outlines
 from bubblemesh.geometry.periodic import MatchingPieces, matching_pieces
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
@@ -154,6 +155,19 @@ class Domain(Uncached):
         require_separation(domain.boundary, domain.corner_fans)
         return domain
 
+    @classmethod
+    def with_matched_sides(cls, areas: Sequence[Area], parts: InnerParts) -> "Domain":
+        """The domain, in which the second of two periodic sides is the first one moved if it nearly was.
+
+        GeometryError as of ``of_areas``, or if the tolerance of the parts is not less than half of a piece of a side.
+        """
+        domain = cls.of_areas(areas, parts)
+        if parts.periodic_tolerance:
+            for names in parts.periodic:
+                areas, parts = matched_sides(areas, parts, domain.boundary, names)
+                domain = cls.of_areas(areas, parts)
+        return domain
+
     @property
     def periodic(self) -> Integers:
         """Pairs (k, 2) of boundary pieces whose bubbles match.
@@ -180,7 +194,7 @@ class Domain(Uncached):
 
     @cached_property
     def _matching(self) -> MatchingPieces:
-        return matching_pieces(self.boundary, self.parts.periodic)
+        return matching_pieces(self.boundary, self.parts.periodic, self.parts.periodic_tolerance)
 
     @cached_property
     def tied(self) -> Booleans:

@@ -14,6 +14,7 @@ from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import meant, two_places
 
 SAMPLES = 9
+NEARLY = 1e-4  # of the domain's size: sides that differ by less may be meant to match
 
 
 class MatchingPieces(NamedTuple):
@@ -24,12 +25,12 @@ class MatchingPieces(NamedTuple):
     motions: tuple[Similarity, ...]  # what takes the first side of each pair of labels to the second
 
 
-def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> MatchingPieces:
+def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]], tolerance: float = 0.0) -> MatchingPieces:
     """Pieces of which the second of each pair is the first one, shifted or else turned about a point, and reversed.
 
     Reversed, so that a copy of the domain that is moved with it lies beside the domain, not on it. The pieces belong to
     sides whose labels match, in any order. GeometryError, with the coordinates, if there is no such label, or a piece
-    has no counterpart.
+    has no counterpart. A ``tolerance`` by which sides were to be made alike is one that a message need not advise.
     """
     pairs, turn, motions = list[Integers](), np.zeros(len(boundary.kind)), list[Similarity]()
     used = Counter(name for names in labels for name in names)
@@ -37,14 +38,15 @@ def matching_pieces(boundary: Boundary, labels: Sequence[tuple[str, str]]) -> Ma
     if twice is not None:
         raise GeometryError(f"periodic: the side {twice!r} is named twice: each side has one counterpart")
     for names in labels:
-        first, second = (_pieces(boundary, name) for name in names)
-        motion, copies = _motion(boundary, first, second)
+        first, second = (pieces_of_side(boundary, name) for name in names)
+        motion, copies = motion_of_sides(boundary, first, second, _tolerance(boundary))
         if (copies < 0).any():
             at = _unmatched(boundary, int(first[copies.argmin()]), second, motion)
             here, there = two_places(at, motion.point(at))
             raise GeometryError(
                 f"periodic sides {names[0]!r} and {names[1]!r}: what is at {here} has no counterpart at "
                 f"{there}: both sides need the same shape and the same vertices, moved or turned"
+                f"{_advice(boundary, first, second, tolerance)}"
             )
         if len(first) != len(second):
             raise GeometryError(f"periodic sides {names[0]!r} and {names[1]!r} have different numbers of pieces")
@@ -81,7 +83,8 @@ def matching_edges(pairs: Integers, piece: Integers) -> Integers:
     return np.concatenate([np.empty((0, 2), np.int64), *found])
 
 
-def _pieces(boundary: Boundary, name: str) -> Integers:
+def pieces_of_side(boundary: Boundary, name: str) -> Integers:
+    """The pieces (k,) of a side; GeometryError if there is no such side with corners."""
     sides = ~boundary.inner & ~boundary.closed
     known = [boundary.labels[k] for k in each_once(boundary.label[sides])]
     if name not in known:
@@ -91,17 +94,19 @@ def _pieces(boundary: Boundary, name: str) -> Integers:
     return np.flatnonzero((boundary.label == boundary.labels.index(name)) & sides)
 
 
-def _motion(boundary: Boundary, first: Integers, second: Integers) -> tuple[Similarity, Integers]:
-    """The motion that takes pieces (k,) to others, and the copies (k,) there, -1 if there is none.
+def motion_of_sides(
+    boundary: Boundary, first: Integers, second: Integers, tolerance: float
+) -> tuple[Similarity, Integers]:
+    """The motion that takes pieces (k,) to others, and the copies (k,) to a tolerance there, -1 if there is none.
 
     It is a shift if all pieces match by one, else a turn; if they match by neither, the one by which more ends do.
     """
     shift = _shift(boundary, first, second)
-    copies = _copies(boundary, first, second, shift)
+    copies = _copies(boundary, first, second, shift, tolerance)
     if (copies >= 0).all():
         return shift, copies
     turn = _turn(boundary, first, second)
-    turned = _copies(boundary, first, second, turn)
+    turned = _copies(boundary, first, second, turn, tolerance)
     ends = [_lonely(boundary, first, second, motion).sum() for motion in (shift, turn)]
     return (turn, turned) if (turned >= 0).all() or ends[1] < ends[0] else (shift, copies)
 
@@ -147,14 +152,32 @@ def _lonely(boundary: Boundary, pieces: Integers, others: Integers, motion: Simi
     return np.asarray(away > _tolerance(boundary))
 
 
-def _copies(boundary: Boundary, pieces: Integers, others: Integers, motion: Similarity) -> Integers:
+def _copies(boundary: Boundary, pieces: Integers, others: Integers, motion: Similarity, tolerance: float) -> Integers:
     """The first of the ``others`` that is a copy of each piece (k,), moved and reversed; -1 if there is none."""
+    alike = _misfits(boundary, pieces, others, motion) <= tolerance
+    return np.where(alike.any(axis=1), others[alike.argmax(axis=1)], -1)
+
+
+def _misfits(boundary: Boundary, pieces: Integers, others: Integers, motion: Similarity) -> Floats:
+    """By how much (k, m) each piece (k,), moved and reversed, differs from the others (m,)."""
     share = np.linspace(0, 1, SAMPLES)
     here = motion.points(_samples(boundary, pieces, share)).reshape(-1, SAMPLES, 2)
     there = _samples(boundary, others, 1 - share).reshape(-1, SAMPLES, 2)
-    tolerance = _tolerance(boundary)
-    alike = np.array([np.abs(each - there).max(axis=(1, 2)) <= tolerance for each in here])
-    return np.where(alike.any(axis=1), others[alike.argmax(axis=1)], -1)
+    return np.array([np.abs(each - there).max(axis=(1, 2)) for each in here])
+
+
+def _advice(boundary: Boundary, first: Integers, second: Integers, tolerance: float) -> str:
+    """What makes two sides match if they nearly do, and no tolerance was given for that; else nothing."""
+    size = float(np.ptp(boundary.corners, axis=0).max())
+    motions = _shift(boundary, first, second), _turn(boundary, first, second)
+    misfit = min(float(_misfits(boundary, first, second, motion).min(axis=1).max()) for motion in motions)
+    if tolerance or len(first) != len(second) or misfit > NEARLY * size:
+        return ""
+    return (
+        f"; they differ by up to {misfit:.2g}, and {TOUCHING:g} of the size of the domain is allowed, "
+        f"{TOUCHING * size:.2g}: "
+        f"periodic_tolerance: {2 * misfit:.1g} in domain makes the second side the first one moved"
+    )
 
 
 def _samples(boundary: Boundary, pieces: Integers, share: Floats) -> Floats:

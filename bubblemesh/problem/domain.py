@@ -84,7 +84,7 @@ def case_domain(case: Case) -> Domain:
 
 
 def _domain(keys: DomainKeys) -> Domain:
-    return Domain.of_areas(*_read(keys))
+    return Domain.with_matched_sides(*_read(keys))
 
 
 def _read(keys: DomainKeys) -> tuple[list[Area], InnerParts]:
@@ -250,7 +250,8 @@ def _with_regions(keys: InnerKeys) -> InnerParts:
     found = list(_regions(keys))
     regions = tuple(one for one in found if isinstance(one, Region))
     seeds = tuple(one for one in found if isinstance(one, Seed))
-    return InnerParts(regions, keys.region, periodic=keys.periodic, seeds=seeds)
+    tolerance = keys.periodic_tolerance or 0.0
+    return InnerParts(regions, keys.region, periodic=keys.periodic, periodic_tolerance=tolerance, seeds=seeds)
 
 
 def _in_layers(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:

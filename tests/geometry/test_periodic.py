@@ -221,3 +221,102 @@ def test_counterparts_are_as_far_across_the_domain_as_the_sides():
     assert sorted(places) == list(range(12))
     shift = domain.boundary.points(other, at) - domain.boundary.points(piece[places], s[places])
     np.testing.assert_allclose(np.abs(shift), np.where(places[:, None] // 3 % 2 == 0, (0, 1), (2, 0)), atol=1e-12)
+
+
+ROUNDED = """
+domain:
+  outer:
+    path:
+      - [10, 0]
+      - {to: [90, 0], label: right}
+      - {arc: {to: [63.6396, 63.6396], center: [0, 0], turn: left}, label: yoke}
+      - {to: [7.0711, 7.0711], label: left}
+      - {to: [10, 0], label: shaft}
+"""
+PAIR = "  periodic: [[right, left]]\n"
+
+
+def test_sides_of_few_digits_tell_by_how_much_they_differ_and_what_makes_them_match():
+    told = r"they differ by up to \S+, and 1e-09 of the size of the domain is allowed, \S+: periodic_tolerance: \S+ in"
+    with pytest.raises(GeometryError, match=told) as caught:
+        domain_of(ROUNDED + PAIR)
+    advised = str(caught.value).split("periodic_tolerance: ")[1].split()[0]
+    assert len(domain_of(f"{ROUNDED}{PAIR}  periodic_tolerance: {advised}").periodic) == 1
+
+
+BENT = """
+domain:
+  outer:
+    path:
+      - [0, 0]
+      - {to: [2, 0], label: bottom}
+      - {spline: {through: [[2.20001, 0.3], [1.9, 0.70001], [2, 1.00001]]}, label: right}
+      - {to: [0, 1], label: top}
+      - {spline: {through: [[-0.1, 0.7], [0.2, 0.3], [0, 0]]}, label: left}
+"""
+LAYERED = """
+domain:
+  outer:
+    path:
+      - [0, 0]
+      - {to: [2, 0], label: bottom}
+      - {to: [2, 0.40001], label: right}
+      - {to: [2.00001, 1], label: right}
+      - {to: [0, 1], label: top}
+      - {to: [0, 0.4], label: left}
+      - {to: [0, 0], label: left}
+  regions: [{name: low, ring: {polygon: [[0, 0], [2, 0], [2, 0.40001], [0, 0.4]]}}]
+"""
+WEDGE = """
+domain:
+  outer:
+    path:
+      - [0, 0]
+      - {to: [90, 0], label: right}
+      - {to: [63.6396, 63.6396], label: yoke}
+      - {to: [0, 0], label: left}
+"""
+TO_THE_RIGHT = "  periodic: [[left, right]]\n"
+BOTH_WAYS = "  periodic: [[left, right], [bottom, top]]\n"
+CELL = """
+domain:
+  outer: {polygon: [[0, 0], [1, 0], [1.00001, 1], [0, 0.99999]], labels: [bottom, right, top, left]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "farthest"),
+    [
+        pytest.param(ROUNDED + PAIR, 1e-4, id="turned"),
+        pytest.param(WEDGE + PAIR, 1e-4, id="wedge"),
+        pytest.param(BENT + TO_THE_RIGHT, 2e-5, id="splines"),
+        pytest.param(LAYERED + TO_THE_RIGHT, 2e-5, id="a region meets the sides"),
+        pytest.param(CELL + BOTH_WAYS, 2e-5, id="two directions"),
+    ],
+)
+def test_within_the_tolerance_the_second_side_becomes_the_first_one_moved(text, farthest):
+    with pytest.raises(GeometryError, match="periodic_tolerance"):
+        _ = domain_of(text).periodic
+    domain = domain_of(f"{text}  periodic_tolerance: 1e-3\n")
+    b, (motion, *_) = domain.boundary, domain.motions
+    for here, there in domain.periodic[: (b.label == b.labels.index(domain.parts.periodic[0][0])).sum()]:
+        pieces, share = np.array([[here] * 5, [there] * 5]), np.linspace(0, 1, 5)
+        first, second = (
+            b.points(piece, s * b.lengths[piece]) for piece, s in zip(pieces, (share, 1 - share), strict=True)
+        )
+        assert np.abs(motion.points(first) - second).max() < 1e-13 * domain.size
+    (note,) = (note for note in domain.notes if "moved onto counterparts" in note)
+    assert float(note.split("by up to ")[1].split()[0]) <= farthest
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (ROUNDED + PAIR + "  periodic_tolerance: 40", "40 is too much for the side 'right', of which one piece"),
+        (ROUNDED + PAIR + "  periodic_tolerance: 1e-6", r"moved or turned$"),
+        (ROUNDED.replace("7.0711, 7.0711", "7.0711, 7.3") + PAIR, r"moved or turned$"),
+    ],
+)
+def test_a_tolerance_that_does_harm_or_is_not_enough_is_refused(text, message):
+    with pytest.raises(GeometryError, match=message):
+        _ = domain_of(text).periodic

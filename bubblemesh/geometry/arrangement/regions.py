@@ -135,6 +135,7 @@ class InnerParts:
     lines: tuple[OpenPath, ...] = ()
     points: tuple[InnerPoint, ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()  # pairs of labels of sides whose nodes match
+    periodic_tolerance: float = 0.0  # by how much these may differ: the second one becomes the first one moved
     seeds: tuple[Seed, ...] = ()  # points in further regions, of which the domain makes regions
     remarks: tuple[str, ...] = ()  # notes on lines and points that were left out
 
