@@ -35,14 +35,24 @@ class LineFile(FollowedKeys, JoinedKeys, SelectedFile, OutsideKeys):
     label: OneLabel = None
 
 
-class EmbeddedPoint(DrawnKeys, OutsideKeys):
+class JoinedPointKeys(Strict):
+    """Key of points that may miss what they should lie on."""
+
+    join: Positive | None = Field(
+        default=None,
+        description="The point is moved onto the boundary, a line or a region's side that is nearer than this, in the "
+        "lengths in which it is given.",
+    )
+
+
+class EmbeddedPoint(DrawnKeys, JoinedPointKeys, OutsideKeys):
     """A point inside the domain that is a node of the mesh: a well, a sensor."""
 
     at: Point = Field(description="The point [x, y].")
     label: OneLabel = None
 
 
-class PointFile(SelectedFile, OutsideKeys):
+class PointFile(SelectedFile, JoinedPointKeys, OutsideKeys):
     """Points of a file that are nodes of the mesh."""
 
     name: Text | None = Field(default=None, description="Property or column of the file that labels each point.")

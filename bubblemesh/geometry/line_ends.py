@@ -14,11 +14,12 @@ from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import shares_before
-from bubblemesh.geometry.paths import Curve, Line, OpenPath, Point, Ring, Side, as_point
+from bubblemesh.geometry.paths import Curve, InnerPoint, Line, OpenPath, Point, Ring, Side, as_point
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, place
 
 NEWTON_STEPS = 4  # to the foot of an end on a curve, from the nearest of its chords
+NO_LINE = -2  # in place of the number of a line, where an end belongs to none; -1 is that of rings
 
 
 class End(NamedTuple):
@@ -77,6 +78,24 @@ def _joined_once(
     for end, at in sorted(moved.items()):
         made[end.line] = _ending(made[end.line], end.last, at, end.reach, stops)
     return made, moved, waiting
+
+
+def joined_points(
+    points: Sequence[InnerPoint], lines: Sequence[OpenPath], rings: Sequence[Ring]
+) -> tuple[list[InnerPoint], tuple[str, ...]]:
+    """The points, each moved onto the nearest vertex within its reach of a line or a ring, else side, and a note."""
+    if not (lines or rings) or not any(point.reach for point in points):
+        return list(points), ()
+    around, found, ways = Surroundings(lines, rings), list[InnerPoint](), list[tuple[float, str]]()
+    for point in points:
+        at = around.target([End(NO_LINE, False, point.at, point.reach)])[0] if point.reach else None
+        found.append(point if at is None else replace(point, at=at))
+        if at is not None and at != point.at:
+            ways.append((dist(point.at, at), f"{point.label!r} at {place(point.at)}"))
+    if not ways:
+        return found, ()
+    way, which = max(ways)
+    return found, (f"{counted(len(ways), 'point')} joined to lines and rings, the farthest by {way:.3g}: {which}",)
 
 
 def shared_vertices(lines: Sequence[OpenPath], rings: Sequence[Ring]) -> set[Point]:

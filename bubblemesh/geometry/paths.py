@@ -351,10 +351,11 @@ class InnerPoint:
     label: str
     key: Key = field(default=Key(), compare=False)
     optional: bool = False  # whether it is left out where it lies outside of the domain
+    reach: float = 0.0  # how far it may be moved onto a line or a ring
 
     def moved(self, by: Similarity) -> "InnerPoint":
         """The point where a similarity takes it."""
-        return replace(self, at=by.point(self.at))
+        return replace(self, at=by.point(self.at), reach=self.reach * by.scale)
 
     def relabelled(self, name: Callable[[str | None], str]) -> "InnerPoint":
         """The point with its label replaced by what the function makes of it."""

@@ -38,6 +38,7 @@ from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.following import Following, followed_together
 from bubblemesh.geometry.geography import given_plane, has_new_contacts, projected_point, projecting
+from bubblemesh.geometry.line_ends import joined_points
 from bubblemesh.geometry.nesting import with_holes, without_outside_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import counted, ring_name, tell_places_by, tell_places_of
@@ -264,8 +265,10 @@ def _in_layers(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> Inn
 def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
     """Regions in areas, with lines and points."""
     points, notes = points_of(keys)
-    lines = lines_of(keys, [ring for area in areas for ring in area.rings] + parts.rings)
-    return replace(parts, lines=tuple(lines), points=tuple(points), remarks=notes)
+    rings = [ring for area in areas for ring in area.rings] + parts.rings
+    lines = lines_of(keys, rings)
+    points, more = joined_points(points, lines, rings)
+    return replace(parts, lines=tuple(lines), points=tuple(points), remarks=(*notes, *more))
 
 
 def _regions(keys: InnerKeys) -> Iterator[Region | Seed]:

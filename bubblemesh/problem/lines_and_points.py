@@ -17,7 +17,7 @@ from bubblemesh.geometry.paths import InnerPoint, OpenPath, Point, Ring
 from bubblemesh.geometry.rings import open_path
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.shapes import pieces_of
-from bubblemesh.readers.selection import Selection
+from bubblemesh.readers.selection import METRES, Selection
 
 DOMAIN = Key(["domain"])
 SMOOTH = 30.0  # degrees: vertices that turn by less may be those of a curve
@@ -103,9 +103,10 @@ def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
 
 def _points(point: PointKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
     if not isinstance(point, PointFile):
-        return [InnerPoint(projected_vertex(point.at), point.label or "")], ()
+        return [InnerPoint(projected_vertex(point.at), point.label or "", reach=point.join or 0.0)], ()
     places, notes = readers.read_points(Path(point.file), named_in_file(point), point.name)
-    return [InnerPoint(place.at, (point.label or place.label or "")) for place in places], notes
+    reach = (point.join or 0.0) * (METRES[point.units] if point.units else point.scale or 1.0)
+    return [InnerPoint(place.at, (point.label or place.label or ""), reach=reach) for place in places], notes
 
 
 def named_in_file(keys: SelectedFile) -> Selection:
