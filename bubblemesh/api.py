@@ -42,6 +42,8 @@ def mesh(
     lines: Lines | None = None,
     points: Points | None = None,
     overlaps: Literal["refused", "later"] = "refused",
+    periodic: Sequence[tuple[str, str]] = (),
+    periodic_tolerance: float | None = None,
     corners: float | None = None,
     smooth: bool = False,
     tolerance: float | None = None,
@@ -90,6 +92,11 @@ def mesh(
     overlaps : {"refused", "later"}
         Where regions overlap, but not by one being inside the other: an error, or they cover those before them in the
         mapping, as in a drawing.
+    periodic : sequence of pairs of str, optional
+        Labels of sides that are the same but for a shift or a turn, whose nodes match: ``[("left", "right")]``. Labels
+        of single sides are those of ``lines`` along them.
+    periodic_tolerance : float, optional
+        Length by which these sides may differ: the second one of each pair becomes the first one moved.
     corners, smooth, tolerance
         As of a ring in a case file: only vertices that turn by more than ``corners`` degrees are nodes, what is between
         them is spaced anew, ``smooth`` along a spline, and at most the ``tolerance`` from the ring.
@@ -130,9 +137,36 @@ def mesh(
     RequirementError
         If ``angle_min`` or ``largest`` cannot be reached.
     """
-    inside = ProgramParts(regions, lines, points, overlaps)
-    drawing = ProgramRings(geometry, holes, labels, corners, smooth, tolerance, inside)
-    options = MeshOptions(method, packing, schedule, seed, effort, max_nodes, nodes, angle_min, largest, layers, metric)
+    inside = ProgramParts(
+        regions=regions,
+        lines=lines,
+        points=points,
+        overlaps=overlaps,
+        periodic=periodic,
+        periodic_tolerance=periodic_tolerance,
+    )
+    drawing = ProgramRings(
+        geometry=geometry,
+        holes=holes,
+        labels=labels,
+        corners=corners,
+        smooth=smooth,
+        tolerance=tolerance,
+        inside=inside,
+    )
+    options = MeshOptions(
+        method=method,
+        packing=packing,
+        schedule=schedule,
+        seed=seed,
+        effort=effort,
+        max_nodes=max_nodes,
+        nodes=nodes,
+        angle_min=angle_min,
+        largest=largest,
+        layers=layers,
+        metric=metric,
+    )
     with in_call("mesh()", "geometry", "max_nodes"), own_places():
         told = in_steps(progress)
         result = mesh_problem(_problem(drawing, spacing, options), RunOptions(on_share=told))

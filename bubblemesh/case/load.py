@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from bubblemesh.case.bases import SourceFile, merged, place_of, source_files
-from bubblemesh.case.domain import RegionFile
+from bubblemesh.case.domain import RegionFile, RegionSeed
 from bubblemesh.case.faults import Origin, problems
 from bubblemesh.case.key_homes import home_of_no_option
 from bubblemesh.case.models import UNTRUSTED, Case
@@ -294,6 +294,8 @@ def _check_names(case: Case, places: _Places) -> None:
         path = ("domain", "regions", number, "name")
         if region.name in seen:
             problem = f"{region.name!r} is the name at {seen[region.name]} too: give every region a name of its own"
+            if not isinstance(region, RegionSeed) and region.name != case.domain.region:
+                problem += ", or make several rings one region by ring: {union: [...]} or repeat"
             raise CaseError(places.message(path, problem))
         seen[region.name] = ".".join(map(str, path))
 

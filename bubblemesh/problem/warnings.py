@@ -33,6 +33,7 @@ HARDLY_MEANT = 1e-3  # of the spacing: narrower parts may be gaps by mistake
 MANY_TIMES = 1.5  # the nodes of a spacing: more of them have a warning
 JOIN = "join beside the line or file closes a gap that is not meant"
 UNFILLED = Rules(across=0.0)
+COMMON_SIDE = "regions drawn in the case have a common side where they have the same coordinates"
 SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 FELT = 1.01  # times finer: no mesh shows less
@@ -133,7 +134,8 @@ def narrow_parts(
             f"boundary nodes fit{force}"
         )
     for at, width, d_there in _narrowest(select(gaps, gaps.inner), sized, least):
-        join = f"; {JOIN}" if width < HARDLY_MEANT * d_there else ""
+        can_join = len(walls.domain.parts.lines) > 0 or any(ring.origin for ring in walls.domain.parts.rings)
+        join = f"; {JOIN if can_join else COMMON_SIDE}" if width < HARDLY_MEANT * d_there else ""
         warnings.append(
             f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
             f"({d_there:.3g}): no nodes fit into it{force}{join}"

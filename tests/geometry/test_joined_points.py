@@ -3,6 +3,7 @@
 import pytest
 
 from bubblemesh.case import load_case
+from bubblemesh.errors import GeometryError
 from bubblemesh.problem.prepare import prepare
 
 HILL = """
@@ -37,3 +38,10 @@ def test_points_are_joined_to_what_is_within_their_reach(tmp_path, point, place)
 def test_points_beyond_their_reach_stay():
     text = HILL.replace("POINTS", "{at: [0, -5], label: E1, join: 0.01}")
     assert prepare(load_case("a.yaml", text=text)).domain.parts.points[0].at == (0, -5)
+
+
+@pytest.mark.parametrize("at", [(0, 1.00399), (-49.99995, -10)])
+def test_points_beside_the_boundary_are_named_with_the_key_that_moves_them(at):
+    text = HILL.replace("POINTS", f"{{at: {list(at)}, label: E1}}")
+    with pytest.raises(GeometryError, match="join beside the point 'E1' moves it there"):
+        prepare(load_case("a.yaml", text=text))

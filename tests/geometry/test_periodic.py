@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from partitions import MOONS, check_net, domain_of, packed
 
+import bubblemesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.periodic import counterparts
@@ -320,3 +321,32 @@ def test_within_the_tolerance_the_second_side_becomes_the_first_one_moved(text, 
 def test_a_tolerance_that_does_harm_or_is_not_enough_is_refused(text, message):
     with pytest.raises(GeometryError, match=message):
         _ = domain_of(text).periodic
+
+
+NEARLY_SQUARE = [(0, 0), (1, 0), (1, 1.00001), (0, 1)]
+NAMED = {"left": [(0, 0), (0, 1)], "right": [(1, 0), (1, 1.00001)]}
+
+
+def test_programs_have_periodic_sides_and_their_tolerance():
+    mesh = bubblemesh.mesh(
+        [(0, 0), (1, 0), (1, 1), (0, 1)], 0.5, lines={"a": NAMED["left"], "b": [(1, 0), (1, 1)]}, periodic=[("a", "b")]
+    )
+    assert mesh.periodic_sides[0].motion[:, 2].tolist() == [1, 0]
+    options = {"lines": NAMED, "periodic": [("left", "right")]}
+    with pytest.raises(GeometryError, match="periodic_tolerance: "):
+        bubblemesh.mesh(NEARLY_SQUARE, 0.5, **options)
+    with pytest.warns(bubblemesh.MeshWarning, match="moved onto counterparts"):
+        assert len(bubblemesh.mesh(NEARLY_SQUARE, 0.5, **options, periodic_tolerance=1e-3).periodic_sides) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"periodic": ["ab"]}, "periodic: must be pairs of labels"),
+        ({"periodic": [("a", "b", "c")]}, "periodic: must be pairs of labels"),
+        ({"periodic_tolerance": -1}, "periodic_tolerance: must be a length"),
+    ],
+)
+def test_wrong_arguments_of_programs_are_named(options, message):
+    with pytest.raises(CaseError, match=message):
+        bubblemesh.mesh(NEARLY_SQUARE, 0.5, **options)

@@ -3,7 +3,7 @@
 import pytest
 
 from bubblemesh.case import load_case
-from bubblemesh.errors import BubblemeshError, located
+from bubblemesh.errors import BubblemeshError, CaseError, located
 from bubblemesh.problem.prepare import prepare
 
 CASE = """\
@@ -80,3 +80,10 @@ def test_periodic_sides_that_are_not_there_tell_the_line():
     problem = r"^a\.yaml:17: domain: periodic: there is no side 'left'"
     with pytest.raises(BubblemeshError, match=problem), located("a.yaml", case.origin):
         prepare(case)
+
+
+def test_two_regions_of_one_name_lead_to_a_ring_of_several():
+    rings = [f"{{name: fibre, ring: {{circle: {{center: [{x}, 0.5], radius: 0.2}}}}}}" for x in (0, 1)]
+    text = f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}, regions: [{', '.join(rings)}]}}\nspacing: 0.1"
+    with pytest.raises(CaseError, match=r"make several rings one region by ring: \{union: \[\.\.\.\]\} or repeat"):
+        load_case("a.yaml", text=text)

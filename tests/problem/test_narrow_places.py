@@ -163,3 +163,11 @@ def test_a_gap_beside_a_line_that_is_hardly_meant_names_join(line, keys, told):
     text = f"domain: {{outer: {{rectangle: [0, 0, 10, 10]}}, lines: [{{path: {line}, label: a{keys}}}]}}\nspacing: 1"
     warnings = prepare(load_case("a.yaml", text=text)).warnings
     assert any("join beside the line or file closes a gap that is not meant" in text for text in warnings) == told
+
+
+def test_a_gap_between_drawn_regions_asks_for_the_same_coordinates():
+    regions = "[{name: a, ring: {rectangle: [0.5, 0.5, 2, 1.5]}}, {name: b, ring: {rectangle: [2.00001, 0.5, 3, 1.5]}}]"
+    text = f"domain: {{outer: {{rectangle: [0, 0, 4, 2]}}, regions: {regions}}}\nspacing: 0.2"
+    (warning,) = (text for text in prepare(load_case("a.yaml", text=text)).warnings if "leaves a strip" in text)
+    assert "the same coordinates" in warning
+    assert "join" not in warning

@@ -22,6 +22,7 @@ from bubblemesh.geometry.arrangement.crossings import (
 )
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.paths import as_point
 from bubblemesh.messages import two_places
 
 NO_CUTS = CutPoints(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2)))
@@ -72,7 +73,7 @@ def _corners_on_pieces(boundary: Boundary, chords: ChordBoxes, size: float, fixe
         with about(_key_at(parts, target[k]) if corner[k] >= fixed else parts.paths[-1 - boundary.ring[piece[k]]].key):
             raise GeometryError(
                 f"the vertex at {vertex} is {distance[k]:.1g} away from the line at {beside}, next to it but not on "
-                "it: give them the same coordinates, or move them apart"
+                f"it{_point_at(parts, target[k : k + 1])}"
             )
     return CutPoints(piece[found], s[found], target[found])
 
@@ -124,8 +125,17 @@ def _require_apart(corners: Floats, size: float, fixed: int, parts: InnerParts) 
         with about(_key_at(parts, second)):
             raise GeometryError(
                 f"the vertices at {one} and {other} are {np.hypot(*(first - second)):.1g} apart, next to each other "
-                "but not the same: give them the same coordinates, or move them apart"
+                f"but not the same{_point_at(parts, np.stack([second, first]))}"
             )
+
+
+def _point_at(parts: InnerParts, corners: Floats) -> str:
+    """What to do with corners (k, 2) of an error, with the name and the remedy of an embedded point if one is there."""
+    labels = {point.at: point.label for point in parts.points}
+    label = next((labels[at] for at in map(as_point, corners) if at in labels), None)
+    if label is None:
+        return ": give them the same coordinates, or move them apart"
+    return f": join beside the point {label!r} moves it there; else give them the same coordinates, or move them apart"
 
 
 def _key_at(parts: InnerParts, corner: Floats) -> Key:

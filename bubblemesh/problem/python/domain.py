@@ -25,7 +25,7 @@ Labels: TypeAlias = Sequence[str] | Mapping[str, str]
 A_GEOMETRY = f"a shapely.Polygon, a MultiPolygon, a Domain or {A_RING}"
 
 
-@record
+@record(kw_only=True)
 class ProgramRings:
     """Rings as a program gives them, what they are called, and whether they are followed as curves."""
 
@@ -53,7 +53,7 @@ class ProgramRings:
         found = []
         for (first, *others), name in zip(areas, outer, strict=True):
             found.append(Area(first.ring(name), tuple(other.ring(next(names)) for other in others)))
-        return Domain.of_areas(*self.inside.within(found, following))
+        return Domain.with_matched_sides(*self.inside.within(found, following))
 
     def _areas(self) -> list[list[ProgramPoints]]:
         """Rings of each area, the outer one first."""

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from bubblemesh.arrays import Floats
+from bubblemesh.arrays import Floats, is_real
 from bubblemesh.errors import CaseError, Key, about
 from bubblemesh.files import require_name
 from bubblemesh.geometry.arrangement.covering import covered
@@ -30,7 +30,7 @@ A_LINE = "a shapely.LineString, a MultiLineString or the points (n, 2) of a line
 SOME_POINTS = "a point (x, y), several of them (n, 2), or those of shapely"
 
 
-@record
+@record(kw_only=True)
 class ProgramParts:
     """What a program embeds in a domain; several parts of a shape have one name."""
 
@@ -38,12 +38,14 @@ class ProgramParts:
     lines: Lines | None = None
     points: Points | None = None
     overlaps: str = "refused"
+    periodic: Sequence[tuple[str, str]] = ()
+    periodic_tolerance: float | None = None
 
     @property
     def given(self) -> dict[str, bool]:
         """Whether there is anything, by the argument."""
         given = {name: getattr(self, name) is not None for name in ("regions", "lines", "points")}
-        return {**given, "overlaps": self.overlaps != OVERLAPS[0]}
+        return {**given, "overlaps": self.overlaps != OVERLAPS[0], "periodic": len(self.periodic) > 0}
 
     def within(self, areas: Sequence[Area], follow: Following | None) -> tuple[Sequence[Area], InnerParts]:
         """The areas of a domain, and the inner parts; rings and lines are followed as curves if there is a rule.
@@ -60,7 +62,24 @@ class ProgramParts:
         if self.overlaps == "later":
             named = covered(named, [area.outer for area in areas])
         points, seeds = tuple(self._points()), tuple(self._seeds())
-        return areas, InnerParts(tuple(named), lines=tuple(lines), points=points, seeds=seeds)
+        parts = InnerParts(tuple(named), lines=tuple(lines), points=points, seeds=seeds)
+        return areas, replace(parts, periodic=self._pairs(), periodic_tolerance=self._tolerance())
+
+    def _pairs(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of periodic sides, checked."""
+        pairs = list[tuple[str, str]]()
+        for pair in self.periodic:
+            if isinstance(pair, str) or len(pair) != 2 or not all(isinstance(name, str) for name in pair):
+                raise CaseError(f"periodic: must be pairs of labels, as [('left', 'right')] (found {pair!r})")
+            pairs.append((pair[0], pair[1]))
+        return tuple(pairs)
+
+    def _tolerance(self) -> float:
+        """Length by which periodic sides may differ, checked."""
+        given = self.periodic_tolerance
+        if given is not None and not (is_real(given) and 0 < given < np.inf):
+            raise CaseError(f"periodic_tolerance: must be a length greater than 0 (found {given!r})")
+        return float(given or 0.0)
 
     def _regions(self) -> list[Area]:
         areas = list[Area]()

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MAX_NODES = Limits().max_nodes
 
 
-@record
+@record(kw_only=True)
 class MeshOptions:
     """Options of a mesh beside its domain and spacing; fields are arguments of `bubblemesh.mesh`."""
 
