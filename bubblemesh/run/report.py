@@ -18,7 +18,6 @@ from bubblemesh.records import record
 from bubblemesh.run.estimate import RepairRow, SpacingChange
 from bubblemesh.run.metric import MetricRow
 from bubblemesh.run.water import WaterRow
-from bubblemesh.spacing.spacing import Spacing
 
 if TYPE_CHECKING:
     from bubblemesh.layers.figures import LabelLayers
