@@ -19,7 +19,7 @@ from bubblemesh.case.domain import (
     RingDomain,
     ShoreDomain,
 )
-from bubblemesh.case.lines_and_points import PointFile
+from bubblemesh.case.lines_and_points import JoinedPointKeys, PointFile
 from bubblemesh.case.repair import RepairKeys
 from bubblemesh.case.shapes import RingKeys
 from bubblemesh.errors import (
@@ -338,7 +338,7 @@ def _regions_of_file(keys: RegionFile, ordered: bool) -> list[Area] | list[Seed]
 
 def _require_no_keys_of_areas(keys: RegionFile) -> None:
     """Check that a file with points alone has no keys for areas; else it is a CaseError."""
-    points = {*PointFile.model_fields, *RegionSeed.model_fields}
+    points = {*PointFile.model_fields, *RegionSeed.model_fields} - {*JoinedPointKeys.model_fields}
     given = [key for key in type(keys).model_fields if key in keys.model_fields_set and key not in points]
     if given:
         raise CaseError(f"{given[0]} is for areas, and {Path(keys.file).name} has points alone: leave it out")
