@@ -10,7 +10,7 @@ from bubblemesh.kernels.library import call, or_numpy
 from bubblemesh.kernels.tensors import mean_lengths
 
 FOUR_ROOTS = 6.9282032302755088  # 4 sqrt(3)
-BEND = 1.2  # eta^4 at which Huber's function goes over from the square to the linear part
+BEND = 1.25  # eta^4 from which on the term of a shape is linear: that of two triangles that share a right angle
 TRUST = 0.2  # farthest distance from a place to a centroid at which the metric of the place still holds
 DELTA = 0.01  # steps of differences
 MOST_SMOOTHED, TRIES = 0.3, 4  # length of a step, and how often it is halved
@@ -41,14 +41,39 @@ class Metrics(NamedTuple):
         return Metrics(*(part[numbers] for part in self))
 
 
-class Newton(NamedTuple):
-    """Newton's method that moves nodes, one group after the other, so that a sum over triangles decreases.
+class Terms(NamedTuple):
+    """Terms of a sum over triangles.
 
-    The terms of the sum are
-
-    - for each triangle, Huber's function of eta^4, for the shape measure eta in the metric at the centroid,
-    - for each side, weight * (l - 1 / l)^2, for the mean l of its lengths in the metrics of both ends, beyond what that
+    - For each triangle the k-th power of eta^4 over k, for the shape measure eta in the metric at the centroid, and
+      linear in eta^4 beyond `BEND`: a bad triangle does not outweigh all others. k is 2, or 8 if the ``worst`` count
+      most.
+    - For each side, weight * (l - 1 / l)^2, for the mean l of its lengths in the metrics of both ends, beyond what that
       is for the length ``free``: from 1 / free to free lengths cost nothing.
+    """
+
+    weight: float
+    free: float = 1.0
+    worst: bool = False
+
+    def of_shapes(self, power: Floats) -> Floats:
+        """Terms (t,) of shapes by eta^4 (t,)."""
+        curved = np.where(power > BEND, BEND, power)
+        square = curved * curved
+        raised = square * square * (square * square) if self.worst else square
+        return np.asarray(raised * (0.125 if self.worst else 0.5) + raised / curved * (power - curved))
+
+    def of_sides(self, squared: Floats) -> Floats:
+        """Terms (t,) of sides by the squares (t,) of their lengths, without the weight."""
+        return np.maximum(squared + 1 / squared - 2 - self.slack, 0.0)
+
+    @property
+    def slack(self) -> float:
+        """What lengths cost that are as good as any."""
+        return (self.free - 1 / self.free) ** 2
+
+
+class Newton(NamedTuple):
+    """Newton's method that moves nodes, one group after the other, so that the sum of `Terms` decreases.
 
     Each node moves along its two axes, and only as far as the terms around it decrease, so that no triangle is
     inverted. An axis of 0 is left out.
@@ -59,8 +84,7 @@ class Newton(NamedTuple):
     own: Metrics  # around n places of the nodes
     axes: Floats  # (n, 4): two steps of length 1 of each node, as rows (ux, uy, vx, vy)
     groups: Sequence[Integers]  # nodes (k,) of each, no two of which are in a triangle
-    weight: float
-    free: float = 1.0
+    terms: Terms
 
     def moved_in_numpy(self, x: Floats, sweeps: int) -> Floats:
         """The same as `moved`, in NumPy."""
@@ -72,7 +96,7 @@ class Newton(NamedTuple):
         ]
         for _ in range(sweeps):
             for group, triangles, inside in around:
-                _improve(x, group, triangles, inside, self.own, self.axes[group], self.weight, self.free)
+                _improve(x, group, triangles, inside, self.own, self.axes[group], self.terms)
         return x
 
     @or_numpy(moved_in_numpy)
@@ -89,7 +113,7 @@ class Newton(NamedTuple):
             count=len(order),
             order=order,
             sweeps=sweeps,
-            **_arguments(self.inside, self.own, self.weight, self.free),
+            **_arguments(self.inside, self.own, self.terms),
             delta=DELTA,
             most=MOST_SMOOTHED,
             tries=TRIES,
@@ -104,15 +128,14 @@ def _improve(
     inside: Metrics,
     own: Metrics,
     axes: Floats,
-    weight: float,
-    free: float,
+    terms: Terms,
 ) -> None:
     """Move the nodes of a group (k,) with triangles (t, 3) around, by steps of Newton's method along axes (k, 4)."""
     places, u, v = x[group].copy(), axes[:, :2], axes[:, 2:]
 
     def cost(at: Floats) -> Floats:
         x[group] = at
-        each = costs_in_numpy(x, triangles, inside, own, weight, free)
+        each = costs_in_numpy(x, triangles, inside, own, terms)
         return np.asarray(np.bincount(triangles.ravel(), np.repeat(each, 3), len(x))[group], np.float64)
 
     with np.errstate(invalid="ignore"):
@@ -134,9 +157,7 @@ def _improve(
     x[group] = places
 
 
-def costs_in_numpy(
-    x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float, free: float = 1.0
-) -> Floats:
+def costs_in_numpy(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, terms: Terms) -> Floats:
     """The same as `costs_in`, in NumPy."""
     (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
     root, far = inside.at(np.column_stack([(ax + bx + ox) / 3, (ay + by + oy) / 3]))
@@ -147,16 +168,14 @@ def costs_in_numpy(
     known = (r11 > 0) & (r22 > 0) & (area > 0) & (far <= TRUST * TRUST)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (FOUR_ROOTS * area)
-        ab, bo, oa = (_beyond(side, free) for side in _squared_sides(x, triangles, own))
-        power = eta * eta * (eta * eta)
-        shape = np.where(power > BEND, BEND * (power - BEND / 2), power * power / 2)
-        cost = shape + weight * (ab + bo + oa)
+        ab, bo, oa = (terms.of_sides(side) for side in _squared_sides(x, triangles, own))
+        cost = terms.of_shapes(eta * eta * (eta * eta)) + terms.weight * (ab + bo + oa)
     return np.where(known, cost, np.inf)
 
 
 @or_numpy(costs_in_numpy)
-def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weight: float, free: float = 1.0) -> Floats:
-    """Terms (t,) of triangles (t, 3) with nodes x (n, 2) in the sum that `Newton` decreases, in the same metrics."""
+def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, terms: Terms) -> Floats:
+    """Terms (t,) of triangles (t, 3) with nodes x (n, 2), those of sides among them, in metrics as of `Newton`."""
     result = np.empty(len(triangles))
     call(
         "metric_costs",
@@ -164,14 +183,14 @@ def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, weig
         t=len(triangles),
         triangles=np.ascontiguousarray(triangles),
         x=np.ascontiguousarray(x),
-        **_arguments(inside, own, weight, free),
+        **_arguments(inside, own, terms),
         costs=result,
     )
     return result
 
 
-def _arguments(inside: Metrics, own: Metrics, weight: float, free: float) -> dict[str, Floats | float]:
-    """What compiled kernels take of metrics, and of what terms go by."""
+def _arguments(inside: Metrics, own: Metrics, terms: Terms) -> dict[str, Floats | float]:
+    """What compiled kernels take of metrics and terms."""
     return {
         "inside": np.ascontiguousarray(inside.places),
         "inside_roots": np.ascontiguousarray(inside.roots),
@@ -179,21 +198,12 @@ def _arguments(inside: Metrics, own: Metrics, weight: float, free: float) -> dic
         "own": np.ascontiguousarray(own.places),
         "own_roots": np.ascontiguousarray(own.roots),
         "own_slopes": np.ascontiguousarray(own.slopes),
-        "weight": float(weight),
-        "slack": _side_term(free),
+        "weight": float(terms.weight),
+        "slack": terms.slack,
         "bend": BEND,
         "trust": TRUST,
+        "worst": int(terms.worst),
     }
-
-
-def _beyond(squared: Floats, free: float) -> Floats:
-    """Terms (t,) of sides by the squares (t,) of their lengths."""
-    return np.maximum(squared + 1 / squared - 2 - _side_term(free), 0.0)
-
-
-def _side_term(length: float) -> float:
-    """Term (l - 1 / l)^2 of a length."""
-    return (length - 1 / length) ** 2
 
 
 def _squared_sides(x: Floats, triangles: Integers, own: Metrics) -> list[Floats]:

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 30  # of the library's functions, as in source/library.c
+VERSION = 31  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
@@ -63,7 +63,7 @@ SIGNATURES = {
     ),
     "metric_costs": (
         "n:i t:i triangles:I x:D inside:D inside_roots:D inside_slopes:D own:D own_roots:D own_slopes:D weight:d "
-        "slack:d bend:d trust:d costs:D"
+        "slack:d bend:d trust:d worst:i costs:D"
     ),
     "metric_flips": "n:i t:i triangles:I x:D m:D f:i facets:I passes:i sure:d flattest:d edges:I count:I",
     "metric_relax": (
@@ -72,7 +72,7 @@ SIGNATURES = {
     "metric_shapes": "t:i triangles:I x:D roots:D eta:D",
     "metric_smooth": (
         "n:i t:i triangles:I x:D inside:D inside_roots:D inside_slopes:D own:D own_roots:D own_slopes:D axes:D "
-        "count:i order:I sweeps:i weight:d slack:d bend:d trust:d delta:d most:d tries:i"
+        "count:i order:I sweeps:i weight:d slack:d bend:d trust:d worst:i delta:d most:d tries:i"
     ),
     "nearest_chords": (
         "n:i places:D count:i leaves:i length:i boxes:D points:D rectangles:D first:I counts:I slack:d nearest:I"

@@ -28,6 +28,7 @@ typedef struct {
     const int64_t *triangles;
     Metrics inside, own;
     double *x, *now, weight, slack, bend, trust;
+    int64_t worst; /* whether the worst triangles count most */
 } Triangles;
 
 /* What is around each node that is smoothed: its triangles, from ``begin`` on, the spokes that go out from it, twice as
@@ -57,8 +58,16 @@ static double side_cost(const Triangles *all, int64_t i, int64_t j)
     return beyond < 0 ? 0 : beyond;
 }
 
-/* Huber's function of eta^4 of a triangle in the metric at its centroid. Where that is not known so far from its place
-   it is infinite. */
+/* Term of a shape by ``power``, eta^4: by a power k of it, 2 or 8, up to the bend, and linear from there on. */
+static double shape_term(double power, double bend, int worst)
+{
+    double curved = power > bend ? bend : power, square = curved * curved;
+    double raised = worst ? square * square * (square * square) : square;
+    return raised * (worst ? 0.125 : 0.5) + raised / curved * (power - curved);
+}
+
+/* Term of a triangle's shape in the metric at its centroid. Where that is not known so far from its place it is
+   infinite. */
 static double shape_cost(const Triangles *all, int64_t triangle)
 {
     const int64_t *row = all->triangles + 3 * triangle;
@@ -71,7 +80,7 @@ static double shape_cost(const Triangles *all, int64_t triangle)
         return INFINITY;
     eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (6.9282032302755088 * area);
     power = eta * eta * (eta * eta);
-    return power > all->bend ? all->bend * (power - all->bend / 2) : power * power / 2;
+    return shape_term(power, all->bend, all->worst != 0);
 }
 
 static void put(const Triangles *all, int64_t k, double px, double py)
@@ -87,6 +96,7 @@ SIDE_BY_SIDE static void sum_costs(const Triangles *all, const Patches *p, int64
 {
     const double *r = all->own.roots + 3 * k, *s = all->own.slopes + 6 * k, *from = all->own.places + 2 * k;
     const double slack = all->slack, trust = all->trust * all->trust, bend = all->bend, weight = all->weight;
+    const int worst = all->worst != 0;
     double root[3][LANES];
     int64_t j;
     int l, c;
@@ -139,8 +149,7 @@ SIDE_BY_SIDE static void sum_costs(const Triangles *all, const Patches *p, int64
             double zx = wx - ux, zy = wy - uy, area = (ux * wy - uy * wx) / 2, far = f * f + g * g;
             double eta = ((ux * ux + uy * uy) + (wx * wx + wy * wy) + (zx * zx + zy * zy)) / (6.9282032302755088 * area);
             double power = eta * eta * (eta * eta);
-            double shape = power > bend ? bend * (power - bend / 2) : power * power / 2;
-            double cost = shape + weight * (sides[0][l] + sides[1][l] + sides[2][l]);
+            double cost = shape_term(power, bend, worst) + weight * (sides[0][l] + sides[1][l] + sides[2][l]);
             int known = (r11 > 0) & (r22 > 0) & (area > 0) & (far <= trust);
             sum[l] += known ? cost : INFINITY;
         }
@@ -207,7 +216,7 @@ KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, dou
                              const double *inside_roots, const double *inside_slopes, const double *own,
                              const double *own_roots, const double *own_slopes, const double *axes, int64_t count,
                              const int64_t *order, int64_t sweeps, double weight, double slack, double bend,
-                             double trust, double delta, double most, int64_t tries)
+                             double trust, int64_t worst, double delta, double most, int64_t tries)
 {
     int64_t *begin = calloc((size_t)(2 * n + 2), sizeof *begin), *spokes = begin ? begin + n + 2 : NULL;
     int64_t *around = malloc((size_t)(18 * t + 1) * sizeof *around), *corner = around + 3 * t, *ahead = around + 6 * t;
@@ -217,7 +226,7 @@ KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, dou
     int64_t k, j, status = begin && around && now ? DONE : NO_MEMORY;
     if (status == DONE) {
         const Triangles all = {triangles, {inside, inside_roots, inside_slopes}, {own, own_roots, own_slopes},
-                               x, now, weight, slack, bend, trust};
+                               x, now, weight, slack, bend, trust, worst};
         const Patches p = {begin, around, corner, ahead, behind, ends, spokes, axes, along, across};
         for (k = 0; k < n; k++)
             put(&all, k, x[2 * k], x[2 * k + 1]);
@@ -250,11 +259,11 @@ KERNEL int64_t metric_smooth(int64_t n, int64_t t, const int64_t *triangles, dou
 KERNEL int64_t metric_costs(int64_t n, int64_t t, const int64_t *triangles, double *x, const double *inside,
                             const double *inside_roots, const double *inside_slopes, const double *own,
                             const double *own_roots, const double *own_slopes, double weight, double slack,
-                            double bend, double trust, double *costs)
+                            double bend, double trust, int64_t worst, double *costs)
 {
     double *now = malloc((size_t)(3 * n + 1) * sizeof *now);
     const Triangles all = {triangles, {inside, inside_roots, inside_slopes}, {own, own_roots, own_slopes},
-                           x, now, weight, slack, bend, trust};
+                           x, now, weight, slack, bend, trust, worst};
     int64_t k;
     if (!now)
         return NO_MEMORY;

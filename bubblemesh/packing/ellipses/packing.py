@@ -27,7 +27,6 @@ from bubblemesh.spacing.spacing import Spacing
 LACKING = 0.05  # of all bubbles: if so many are missing the population is not settled
 MOST_ROUNDS = 60  # if so many are missing
 LAST_PASSES = 2  # of the smoothing, after trials
-FREE = 1.3  # times too long or too short: edges up to that are as good as any in the last passes, for better shapes
 MOST_COST = 1.0  # of a triangle, where a packing is judged as a whole
 # Costs in terms of a step of relaxation, as measured.
 SMOOTHING = 200.0  # a pass
@@ -116,7 +115,7 @@ class EllipsePacking:
             last = min(passes, LAST_PASSES)
             self._smooth(passes - last, self.method.mending)
             inserted = self._attempt()
-            self._smooth(last, NoEllipseMending(), FREE)
+            self._smooth(last, NoEllipseMending(), last=True)
         return inserted, Relaxed.none(self.net.bubbles)
 
     def end(self) -> None:
@@ -138,15 +137,15 @@ class EllipsePacking:
             if _disorder(self.net, self.spacing) > _disorder(before.net, self.spacing):
                 self.ellipses = before
 
-    def _smooth(self, passes: int, mending: NoEllipseMending | EllipseMending, free: float = 1.0) -> None:
+    def _smooth(self, passes: int, mending: NoEllipseMending | EllipseMending, *, last: bool = False) -> None:
         """Passes of smoothing; between them bubbles leave, as often as there are attempts at most.
 
-        Edges that are up to ``free`` times too long or too short are as good as any.
+        The ``last`` ones are for the shapes of the worst triangles.
         """
         for done in range(passes):
             if 0 < done <= mending.attempts:
                 self.ellipses = mending.fewer(self.ellipses, self.spacing, self.method.smoothing)
-            self.ellipses = self.method.smoothing(self.ellipses, self.setting.domain, self.spacing, free)
+            self.ellipses = self.method.smoothing(self.ellipses, self.setting.domain, self.spacing, last)
             self._count(SMOOTHING)
 
     def _attempt(self) -> int:

@@ -11,7 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.ellipse_motion import moved
 from bubblemesh.kernels.ellipse_shapes import Shaped, shape_measures
-from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, costs_in
+from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, Terms, costs_in
 from bubblemesh.kernels.library import or_numpy
 from bubblemesh.kernels.patches import first_groups
 from bubblemesh.kernels.tensors import mapped, roots, unmapped
@@ -27,6 +27,8 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 
 MOST_PASSES = 10  # of flips
 PERFECT = 0.5  # cost of a perfect triangle
+FREE = 1.3  # times too long or too short: edges up to that are as good as any in the last passes, for better shapes
+LAST_WEIGHT = 4.0  # times that of other passes: so many times as much the worst triangles count in the last ones
 STEP = 0.1  # length of the differences by which it is known how the metric changes
 
 
@@ -38,7 +40,7 @@ class NoEllipseSmoothing:
     shape_steps: ClassVar[int] = 0
     spacing_weight: ClassVar[float] = 0.0
 
-    def __call__(self, ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, free: float = 1.0) -> EllipseNet:
+    def __call__(self, ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, last: bool = False) -> EllipseNet:
         """The ellipses as they are."""
         return ellipses
 
@@ -47,13 +49,13 @@ class NoEllipseSmoothing:
 class EllipseSmoothing(SmoothingPasses):
     """Newton's method, node by node, on the shapes of the triangles and the lengths of the edges in the metric."""
 
-    def __call__(self, ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, free: float = 1.0) -> EllipseNet:
+    def __call__(self, ellipses: EllipseNet, domain: Domain, spacing: MetricSpacing, last: bool = False) -> EllipseNet:
         """The net after flips that better the worse of two triangles, and a pass of smoothing.
 
         Where the metric changes much from node to node the circle test, in a mean metric, does not find these. Bubbles
         on the boundary go along its tangents where they were, and are put back on it in the end. Where that leaves too
-        little of a triangle, or makes boundary edges cross, the boundary stays as it is. Lengths of edges from 1 / free
-        to ``free`` are as good as any.
+        little of a triangle, or makes boundary edges cross, the boundary stays as it is. A ``last`` pass is for the
+        shapes of the worst triangles.
         """
         requested, bubbles, moving = spacing.unstraightened, ellipses.net.bubbles, ellipses.interior
         inside_roots, own_roots = roots_around(bubbles.x, ellipses.net.triangles, requested)
@@ -65,7 +67,7 @@ class EllipseSmoothing(SmoothingPasses):
         axes[bubbles.sliding] = _along(Sliding(domain.boundary, bubbles).tangents, own.roots[bubbles.sliding])
         for held in (domain.tied[bubbles.piece], np.ones(len(bubbles.piece), bool)):
             moving[bubbles.sliding] = ~held
-            there = smoothed_places(bubbles.x, triangles, moving, inside, own, axes, self, free)
+            there = smoothed_places(bubbles.x, triangles, moving, inside, own, axes, self, last)
             sliding, x = Sliding(domain.boundary, bubbles), there.copy()
             sliding.follow(x)
             tensors = spacing.at(x)
@@ -117,20 +119,21 @@ def smoothed_places(
     own: Metrics,
     axes: Floats,
     smoothing: AnyEllipseSmoothing,
-    free: float = 1.0,
+    last: bool = False,
 ) -> Floats:
     """Nodes (n, 2) after a pass over those that are moving (n,), which go along their axes (n, 4).
 
-    The metrics are those `metrics_around` the nodes; lengths of edges from 1 / free to ``free`` are as good as any.
+    The metrics are those `metrics_around` the nodes; a ``last`` pass is for the shapes of the worst triangles.
     """
     groups = independent_groups(moving, triangles)
-    newton = Newton(triangles, inside, own, axes, groups, side_weight(smoothing), free)
+    newton = Newton(triangles, inside, own, axes, groups, _terms(smoothing, last))
     return newton.moved(x, smoothing.shape_steps)
 
 
-def side_weight(smoothing: AnyEllipseSmoothing) -> float:
-    """Weight of (l - 1 / l)^2, which is about 4 (l - 1)^2, of each side of each triangle."""
-    return smoothing.spacing_weight / 8
+def _terms(smoothing: AnyEllipseSmoothing, last: bool = False) -> Terms:
+    """What smoothing lessens; its term of a side, (l - 1 / l)^2, is about 4 (l - 1)^2."""
+    weight = smoothing.spacing_weight / 8
+    return Terms(LAST_WEIGHT * weight, FREE, worst=True) if last else Terms(weight)
 
 
 def changes_at(places: Floats, root: Floats, spacing: MetricSpacing) -> Floats:
@@ -150,7 +153,7 @@ def costs_by(x: Floats, triangles: Integers, inside: Floats, own: Floats, smooth
     """The same as `costs`, by roots of the metric inside triangles (t, 3) and at nodes (n, 3)."""
     places, root = _centroids_and(x, triangles), np.concatenate([inside, own])
     steady = _split(Metrics(places, root, np.zeros((len(places), 6))), len(triangles))
-    return costs_in(x, triangles, *steady, side_weight(smoothing)) - PERFECT
+    return costs_in(x, triangles, *steady, _terms(smoothing)) - PERFECT
 
 
 def roots_around(x: Floats, triangles: Integers, spacing: MetricSpacing) -> tuple[Floats, Floats]:

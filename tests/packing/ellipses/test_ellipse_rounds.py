@@ -13,9 +13,11 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area
 from bubblemesh.kernels.ellipse_annealing import Relaxing
+from bubblemesh.kernels.ellipse_smoothing import Terms
 from bubblemesh.kernels.tensors import roots
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.tensors import area_sizes, of_axes
+from bubblemesh.packing.ellipses import smoothing
 from bubblemesh.packing.ellipses.annealing import SPARED, EllipseAnnealing
 from bubblemesh.packing.ellipses.mending import EllipseMending
 from bubblemesh.packing.ellipses.net import connected, flipped_net
@@ -304,14 +306,21 @@ def test_both_engines_find_the_same_groups_of_nodes(seed):
     np.testing.assert_array_equal(np.sort(np.concatenate(groups)), np.flatnonzero(chosen))
 
 
-def test_the_last_passes_let_lengths_be_for_better_shapes(monkeypatch):
-    def mean_quality():
-        *_, last = packed(SQUARE, COARSE)
-        return COARSE.measures(last.net.bubbles.x, last.net.triangles).radius_ratios.mean()
+def qualities():
+    *_, last = packed(SQUARE, COARSE)
+    return COARSE.measures(last.net.bubbles.x, last.net.triangles).radius_ratios
 
-    free = mean_quality()
-    monkeypatch.setattr("bubblemesh.packing.ellipses.packing.FREE", 1.0)
-    assert free > mean_quality()
+
+def test_the_last_passes_let_lengths_be_for_better_shapes(monkeypatch):
+    free = qualities().mean()
+    monkeypatch.setattr(smoothing, "FREE", 1.0)
+    assert free > qualities().mean()
+
+
+def test_the_last_passes_are_for_the_worst_shapes(monkeypatch):
+    worst = np.sort(qualities())[:8].mean()
+    monkeypatch.setattr(smoothing, "Terms", lambda *of, worst=False: Terms(*of))
+    assert worst > np.sort(qualities())[:8].mean() + 0.003
 
 
 def test_smoothing_and_mending_lessen_what_triangles_cost():
