@@ -41,7 +41,7 @@ class Metrics(NamedTuple):
         return Metrics(*(part[numbers] for part in self))
 
 
-class Terms(NamedTuple):
+class SmoothingTerms(NamedTuple):
     """Terms of a sum over triangles.
 
     - For each triangle the k-th power of eta^4 over k, for the shape measure eta in the metric at the centroid, and
@@ -73,7 +73,7 @@ class Terms(NamedTuple):
 
 
 class Newton(NamedTuple):
-    """Newton's method that moves nodes, one group after the other, so that the sum of `Terms` decreases.
+    """Newton's method that moves nodes, one group after the other, so that the sum of `SmoothingTerms` decreases.
 
     Each node moves along its two axes, and only as far as the terms around it decrease, so that no triangle is
     inverted. An axis of 0 is left out.
@@ -84,7 +84,7 @@ class Newton(NamedTuple):
     own: Metrics  # around n places of the nodes
     axes: Floats  # (n, 4): two steps of length 1 of each node, as rows (ux, uy, vx, vy)
     groups: Sequence[Integers]  # nodes (k,) of each, no two of which are in a triangle
-    terms: Terms
+    terms: SmoothingTerms
 
     def moved_in_numpy(self, x: Floats, sweeps: int) -> Floats:
         """The same as `moved`, in NumPy."""
@@ -128,7 +128,7 @@ def _improve(
     inside: Metrics,
     own: Metrics,
     axes: Floats,
-    terms: Terms,
+    terms: SmoothingTerms,
 ) -> None:
     """Move the nodes of a group (k,) with triangles (t, 3) around, by steps of Newton's method along axes (k, 4)."""
     places, u, v = x[group].copy(), axes[:, :2], axes[:, 2:]
@@ -157,7 +157,7 @@ def _improve(
     x[group] = places
 
 
-def costs_in_numpy(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, terms: Terms) -> Floats:
+def costs_in_numpy(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, terms: SmoothingTerms) -> Floats:
     """The same as `costs_in`, in NumPy."""
     (ax, ay), (bx, by), (ox, oy) = (x[node].T for node in triangles.T)
     root, far = inside.at(np.column_stack([(ax + bx + ox) / 3, (ay + by + oy) / 3]))
@@ -174,7 +174,7 @@ def costs_in_numpy(x: Floats, triangles: Integers, inside: Metrics, own: Metrics
 
 
 @or_numpy(costs_in_numpy)
-def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, terms: Terms) -> Floats:
+def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, terms: SmoothingTerms) -> Floats:
     """Terms (t,) of triangles (t, 3) with nodes x (n, 2), those of sides among them, in metrics as of `Newton`."""
     result = np.empty(len(triangles))
     call(
@@ -189,7 +189,7 @@ def costs_in(x: Floats, triangles: Integers, inside: Metrics, own: Metrics, term
     return result
 
 
-def _arguments(inside: Metrics, own: Metrics, terms: Terms) -> dict[str, Floats | float]:
+def _arguments(inside: Metrics, own: Metrics, terms: SmoothingTerms) -> dict[str, Floats | float]:
     """What compiled kernels take of metrics and terms."""
     return {
         "inside": np.ascontiguousarray(inside.places),

@@ -8,7 +8,7 @@ from twins import needs_compiler
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
 from bubblemesh.kernels.ellipse_motion import KEEP, moved, moved_in_numpy, relaxed, relaxed_in_numpy
 from bubblemesh.kernels.ellipse_shapes import GOOD, Shaped, shape_measures, shape_measures_in_numpy
-from bubblemesh.kernels.ellipse_smoothing import BEND, Metrics, Newton, Terms, costs_in, costs_in_numpy
+from bubblemesh.kernels.ellipse_smoothing import BEND, Metrics, Newton, SmoothingTerms, costs_in, costs_in_numpy
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.kernels.tensors import mapped, roots
 from bubblemesh.meshes.quality import signed_areas
@@ -139,7 +139,11 @@ def smoothing_problem(seed, aspect=8.0):
     sweep(
         [
             (*one, seed)
-            for one in ((1.0, Terms(0.5)), (30.0, Terms(0.5)), (5.0, Terms(2.0, 1.3, worst=True)))
+            for one in (
+                (1.0, SmoothingTerms(0.5)),
+                (30.0, SmoothingTerms(0.5)),
+                (5.0, SmoothingTerms(2.0, 1.3, worst=True)),
+            )
             for seed in range(4)
         ],
         quick=5,
@@ -158,7 +162,7 @@ def test_both_engines_find_the_same_costs(seed, worst):
     x, triangles, inside, own, *_ = smoothing_problem(seed)
     triangles = np.concatenate([triangles, triangles[:3, ::-1]])  # some are inverted
     inside = inside.select(np.append(np.arange(len(triangles) - 3), [0, 1, 2]))
-    given = x, triangles, inside, own, Terms(0.6, 1.2, worst)
+    given = x, triangles, inside, own, SmoothingTerms(0.6, 1.2, worst)
     np.testing.assert_array_equal(costs_in(*given), costs_in_numpy(*given))
     assert np.isinf(costs_in(*given)).sum() == 3
 
@@ -200,7 +204,7 @@ def test_shapes_in_a_metric_are_those_of_the_stretched_triangles():
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("terms", [Terms(0.0), Terms(1.0), Terms(1.0, 1.3, worst=True)])
+@pytest.mark.parametrize("terms", [SmoothingTerms(0.0), SmoothingTerms(1.0), SmoothingTerms(1.0, 1.3, worst=True)])
 def test_each_sweep_of_the_smoothing_lessens_the_sum_and_inverts_no_triangle(seed, terms):
     x, triangles, inside, own, axes, groups = smoothing_problem(seed)
     first, before = x, costs_in(x, triangles, inside, own, terms).sum()
@@ -224,13 +228,13 @@ def test_a_triangle_that_the_metric_makes_equilateral_with_sides_of_1_costs_half
     inside = Metrics(corners.mean(axis=0)[None], roots(m), np.zeros((1, 6)))
     own = Metrics(corners, roots(m).repeat(3, axis=0), np.zeros((3, 6)))
     triangle = np.array([[0, 1, 2]])
-    assert costs_in(corners, triangle, inside, own, Terms(3.0))[0] == pytest.approx(0.5)
+    assert costs_in(corners, triangle, inside, own, SmoothingTerms(3.0))[0] == pytest.approx(0.5)
     larger = inside._replace(places=1.1 * inside.places)
-    assert costs_in(corners * 1.1, triangle, larger, own, Terms(0.0))[0] == pytest.approx(0.5)
-    assert costs_in(corners * 1.1, triangle, larger, own, Terms(3.0))[0] > 0.6
-    assert costs_in(corners, triangle[:, ::-1], inside, own, Terms(3.0))[0] == np.inf
+    assert costs_in(corners * 1.1, triangle, larger, own, SmoothingTerms(0.0))[0] == pytest.approx(0.5)
+    assert costs_in(corners * 1.1, triangle, larger, own, SmoothingTerms(3.0))[0] > 0.6
+    assert costs_in(corners, triangle[:, ::-1], inside, own, SmoothingTerms(3.0))[0] == np.inf
     far = inside._replace(places=inside.places + 0.2)
-    assert costs_in(corners, triangle, far, own, Terms(3.0))[0] == np.inf
+    assert costs_in(corners, triangle, far, own, SmoothingTerms(3.0))[0] == np.inf
 
 
 def test_sides_are_measured_by_the_metrics_of_both_ends():
@@ -238,7 +242,7 @@ def test_sides_are_measured_by_the_metrics_of_both_ends():
     corners, triangle = np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]]), np.array([[0, 1, 2]])
     inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
     own = Metrics(corners, np.repeat([[2.0, 0, 2.0]], 3, axis=0), np.zeros((3, 6)))
-    assert costs_in(corners, triangle, inside, own, Terms(1.0))[0] == pytest.approx(0.5 + 3 * (4 + 0.25 - 2))
+    assert costs_in(corners, triangle, inside, own, SmoothingTerms(1.0))[0] == pytest.approx(0.5 + 3 * (4 + 0.25 - 2))
 
 
 @pytest.mark.parametrize(("size", "beyond"), [(0.7, 0.7), (0.8, 1.25), (1.0, 1.25), (1.2, 1.25), (1.5, 1.5)])
@@ -247,7 +251,7 @@ def test_lengths_that_are_free_cost_nothing(size, beyond):
     inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
     own = Metrics(corners, np.repeat([[1.0, 0, 1.0]], 3, axis=0), np.zeros((3, 6)))
     expected = 0.5 + 3 * ((beyond - 1 / beyond) ** 2 - 0.45**2)
-    assert costs_in(corners, triangle, inside, own, Terms(1.0, 1.25))[0] == pytest.approx(expected)
+    assert costs_in(corners, triangle, inside, own, SmoothingTerms(1.0, 1.25))[0] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("height", [0.866, 0.9, 1.0, 1.5, 4.0])
@@ -258,4 +262,4 @@ def test_shapes_cost_by_a_high_power_and_bad_ones_by_the_fourth(height, worst, k
     own = Metrics(corners, np.repeat([[1.0, 0, 1.0]], 3, axis=0), np.zeros((3, 6)))
     power = eta(corners, triangle)[0] ** 4
     expected = power**k / k if power <= BEND else BEND**k / k + BEND ** (k - 1) * (power - BEND)
-    assert costs_in(corners, triangle, inside, own, Terms(0.0, worst=worst))[0] == pytest.approx(expected)
+    assert costs_in(corners, triangle, inside, own, SmoothingTerms(0.0, worst=worst))[0] == pytest.approx(expected)

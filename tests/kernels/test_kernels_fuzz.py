@@ -10,7 +10,7 @@ from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in
 from bubblemesh.kernels.annealing import Acting, Cycles, Links, annealed
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
 from bubblemesh.kernels.ellipse_motion import moved, moved_in_numpy, relaxed, relaxed_in_numpy
-from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, Terms
+from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, SmoothingTerms
 from bubblemesh.kernels.enclosing import enclosed
 from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
 from bubblemesh.kernels.pairs import pairs_within
@@ -223,7 +223,7 @@ def test_any_metrics_are_smoothed_alike(seed):
         for places in (x[triangles].mean(axis=1), x)
     )
     apart = [np.array([node]) for node in random.permutation(len(x))[:5].tolist()]
-    newton = Newton(triangles, inside, own, odd(random, (len(x), 4)), apart, Terms(0.6, worst=seed % 2 == 1))
+    newton = Newton(triangles, inside, own, odd(random, (len(x), 4)), apart, SmoothingTerms(0.6, worst=seed % 2 == 1))
     assert_alike(newton.moved(x, 2), newton.moved_in_numpy(x, 2))
 
 

@@ -11,7 +11,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.kernels.ellipse_motion import moved
 from bubblemesh.kernels.ellipse_shapes import Shaped, shape_measures
-from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, Terms, costs_in
+from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, SmoothingTerms, costs_in
 from bubblemesh.kernels.library import or_numpy
 from bubblemesh.kernels.patches import first_groups
 from bubblemesh.kernels.tensors import mapped, roots, unmapped
@@ -130,10 +130,10 @@ def smoothed_places(
     return newton.moved(x, smoothing.shape_steps)
 
 
-def _terms(smoothing: AnyEllipseSmoothing, last: bool = False) -> Terms:
+def _terms(smoothing: AnyEllipseSmoothing, last: bool = False) -> SmoothingTerms:
     """What smoothing lessens; its term of a side, (l - 1 / l)^2, is about 4 (l - 1)^2."""
     weight = smoothing.spacing_weight / 8
-    return Terms(LAST_WEIGHT * weight, FREE, worst=True) if last else Terms(weight)
+    return SmoothingTerms(LAST_WEIGHT * weight, FREE, worst=True) if last else SmoothingTerms(weight)
 
 
 def changes_at(places: Floats, root: Floats, spacing: MetricSpacing) -> Floats:

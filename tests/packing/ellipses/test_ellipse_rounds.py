@@ -13,7 +13,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area
 from bubblemesh.kernels.ellipse_annealing import Relaxing
-from bubblemesh.kernels.ellipse_smoothing import Terms
+from bubblemesh.kernels.ellipse_smoothing import SmoothingTerms
 from bubblemesh.kernels.tensors import roots
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.tensors import area_sizes, of_axes
@@ -319,7 +319,7 @@ def test_the_last_passes_let_lengths_be_for_better_shapes(monkeypatch):
 
 def test_the_last_passes_are_for_the_worst_shapes(monkeypatch):
     worst = np.sort(qualities())[:8].mean()
-    monkeypatch.setattr(smoothing, "Terms", lambda *of, worst=False: Terms(*of))
+    monkeypatch.setattr(smoothing, "SmoothingTerms", lambda *of, worst=False: SmoothingTerms(*of))
     assert worst > np.sort(qualities())[:8].mean() + 0.003
 
 
