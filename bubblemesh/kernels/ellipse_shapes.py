@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
-from bubblemesh.kernels.ellipse_smoothing import FOUR_ROOTS
 from bubblemesh.kernels.library import call, or_numpy
+from bubblemesh.kernels.newton import FOUR_ROOTS
 
 GAIN = 1e-6  # relative, of a shape measure, for which an edge is flipped
 GOOD = 1.1  # shape measure: an edge between two triangles that are as good is not flipped; of half squares it is 1.15

@@ -49,7 +49,7 @@ def separate_patches(
 def first_groups(chosen: Booleans, triangles: Integers) -> Integers:
     """For each chosen node (n,) of triangles (t, 3) the number of the first group without a neighbour of it, else -1.
 
-    The twin is `independent_groups_in_numpy` in `packing.ellipses.smoothing`.
+    The twin is `independent_groups_in_numpy` in `packing.newton`.
     """
     groups = np.empty(len(chosen), np.int64)
     call("first_groups", n=len(chosen), t=len(triangles), triangles=triangles, chosen=chosen, groups=groups)

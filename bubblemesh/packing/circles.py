@@ -113,6 +113,8 @@ class CirclePacking:
             self.net = method.smoothing(self.net, domain, self.spacing)
             progress.add(SMOOTHING * len(self.net.bubbles))
         self.net = method.mending(self.net, domain, self.spacing, method.smoothing, random)
+        if method.smoothing.passes:
+            self.net = method.smoothing(self.net, domain, self.spacing, last=True)
         self.net = with_opposite_nodes(self.net, domain, self.spacing, method.smoothing)
         return inserted, relaxed
 

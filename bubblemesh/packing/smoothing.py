@@ -6,19 +6,23 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 from typing_extensions import Doc
 
-from bubblemesh.arrays import Booleans, any_of_rows
+from bubblemesh.arrays import Booleans, Floats, Integers, any_of_rows
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.kernels.newton import Metrics, Newton, SmoothingTerms
 from bubblemesh.kernels.shapes import WORST, Descent, eta
 from bubblemesh.meshes.quality import REGULAR_VALENCE
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.packing.confinement import Sliding
 from bubblemesh.packing.net import Net, connect_inside
+from bubblemesh.packing.newton import axes_with, independent_groups, metrics_around, side_weight
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 MOMENTUM = 0.8
 MOST_MOVE = 0.1  # spacings in a step
+WORSE = 1.04  # shape measure of a triangle from which on the last pass is for it
+LAST_WEIGHT, LAST_SWEEPS = 2.0, 5  # times the weight of lengths in the last pass, and times that it moves a node
 
 
 @record
@@ -29,7 +33,7 @@ class NoSmoothing:
     passes: ClassVar[int] = 0
     shape_steps: ClassVar[int] = 0
 
-    def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, last: bool = False) -> Net:
         """The net as it is."""
         return net
 
@@ -56,6 +60,8 @@ class Smoothing(SmoothingPasses):
     the worst triangles count most. Nearly all of these are at defects, bubbles without six neighbours, or on the
     boundary: triangles there count ``defect_weight`` times. Bubbles on the boundary slide along it, corners stay.
 
+    The last pass, around bad triangles alone, is Newton's method on eta^32 / 8 in place of eta^8 / 2.
+
     References
     ----------
     L. Freitag, P. Knupp, "Tetrahedral mesh improvement via optimization of the element condition number",
@@ -69,16 +75,17 @@ class Smoothing(SmoothingPasses):
         float, Ge(1), Le(10), Doc("weight of triangles at bubbles without six neighbours, as those on the boundary")
     ] = 2.0
 
-    def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
-        """Net after one pass, connected anew.
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing, last: bool = False) -> Net:
+        """Net after one pass, connected anew; the ``last`` one is for the worst triangles.
 
         Where two walls are near, bubbles that slide may make boundary edges that cross, or next to each other: then
         the boundary stays as it is.
         """
         allowed = max(float(eta(net.bubbles.x, net.triangles).max()), WORST)
         for held in (net.bubbles.corners, net.bubbles.boundary_count):
+            free = np.arange(len(net.bubbles)) >= held
             try:
-                moved = self.moved(net, domain, np.arange(len(net.bubbles)) >= held)
+                moved = self._last(net, domain, spacing, free) if last else self.moved(net, domain, free)
                 smoothed = connect_inside(moved, domain, spacing, net)
             except GeometryError:
                 continue
@@ -105,3 +112,38 @@ class Smoothing(SmoothingPasses):
         x = descent.moved(bubbles.x, sliding.tangents, self.shape_steps)
         sliding.follow(x)
         return sliding.bubbles_at(x, d)
+
+    def _last(self, net: Net, domain: Domain, spacing: Spacing, free: Booleans) -> Bubbles:
+        """The bubbles of a net after Newton's method, in which those of bad triangles that are ``free`` (n,) move."""
+        bubbles, sliding, moving = net.bubbles, Sliding(domain.boundary, net.bubbles), np.zeros(len(net.bubbles), bool)
+        moving[net.triangles[eta(bubbles.x, net.triangles) > WORSE]] = True
+        moving &= free
+        moving[bubbles.sliding] &= ~domain.tied[bubbles.piece]
+        if not moving.any():
+            return bubbles
+        near, rows = np.unique(net.triangles[any_of_rows(moving[net.triangles])], return_inverse=True)
+        x, triangles, moving = bubbles.x[near], rows.reshape(-1, 3), moving[near]
+        inside, own = _metrics(x, triangles, bubbles.d[near], moving, spacing)
+        slides = slice(*np.searchsorted(near, [bubbles.corners, bubbles.boundary_count]))
+        axes = axes_with(own, slides, sliding.tangents[near[slides] - bubbles.corners])
+        terms = SmoothingTerms(LAST_WEIGHT * side_weight(self.spacing_weight), worst=True, bend=np.inf)
+        newton = Newton(triangles, inside, own, axes, independent_groups(moving, triangles), terms)
+        places = bubbles.x.copy()
+        places[near] = newton.moved(x, LAST_SWEEPS)
+        sliding.follow(places)
+        return sliding.bubbles_at(places, bubbles.d)
+
+
+def _metrics(x: Floats, triangles: Integers, d: Floats, moving: Booleans, spacing: Spacing) -> tuple[Metrics, Metrics]:
+    """The metrics, as of `metrics_around`, in which an edge as long as the spacing has the length 1."""
+
+    def roots_at(places: Floats) -> Floats:
+        return _roots(spacing.extended(places))
+
+    inside = roots_at(x[triangles].mean(axis=1))
+    return metrics_around(x, triangles, inside, _roots(d), moving, roots_at)
+
+
+def _roots(d: Floats) -> Floats:
+    """Roots (k, 3), as of `kernels.tensors.roots`, of metrics by spacings d (k,)."""
+    return np.column_stack([1 / d, np.zeros(len(d)), 1 / d])

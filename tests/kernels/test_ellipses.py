@@ -8,7 +8,7 @@ from twins import needs_compiler
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
 from bubblemesh.kernels.ellipse_motion import KEEP, moved, moved_in_numpy, relaxed, relaxed_in_numpy
 from bubblemesh.kernels.ellipse_shapes import GOOD, Shaped, shape_measures, shape_measures_in_numpy
-from bubblemesh.kernels.ellipse_smoothing import BEND, Metrics, Newton, SmoothingTerms, costs_in, costs_in_numpy
+from bubblemesh.kernels.newton import BEND, Metrics, Newton, SmoothingTerms, costs_in, costs_in_numpy
 from bubblemesh.kernels.shapes import eta
 from bubblemesh.kernels.tensors import mapped, roots
 from bubblemesh.meshes.quality import signed_areas

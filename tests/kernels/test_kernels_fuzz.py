@@ -10,9 +10,9 @@ from bubblemesh.geometry.distance.nearest_chord import nearest_chord, nearest_in
 from bubblemesh.kernels.annealing import Acting, Cycles, Links, annealed
 from bubblemesh.kernels.ellipse_flips import flipped, flipped_in_numpy
 from bubblemesh.kernels.ellipse_motion import moved, moved_in_numpy, relaxed, relaxed_in_numpy
-from bubblemesh.kernels.ellipse_smoothing import Metrics, Newton, SmoothingTerms
 from bubblemesh.kernels.enclosing import enclosed
 from bubblemesh.kernels.linking import in_order, in_order_in_numpy, legalised
+from bubblemesh.kernels.newton import Metrics, Newton, SmoothingTerms
 from bubblemesh.kernels.pairs import pairs_within
 from bubblemesh.kernels.refining import refined_triangles
 from bubblemesh.kernels.relaxing import Steps

@@ -18,11 +18,12 @@ from bubblemesh.packing.ellipses.smoothing import (
     AnyEllipseSmoothing,
     better_shapes,
     costs_by,
-    metrics_around,
+    roots_by,
     smoothed_places,
 )
 from bubblemesh.packing.mending import MendingAttempts
 from bubblemesh.packing.net import Net
+from bubblemesh.packing.newton import metrics_around
 from bubblemesh.packing.placement import CLIPPED_AT
 from bubblemesh.records import record
 from bubblemesh.spacing.metric.metric import MetricSpacing
@@ -140,7 +141,7 @@ class Trials:
         patches, around = self.measured(patches)
         x, free, own_roots = patches.x, patches.free, roots(patches.tensors)
         triangles, around = better_shapes(x, patches.triangles, patches.facets, self.spacing, around)
-        inside, own = metrics_around(x, triangles, around, own_roots, free, self.spacing)
+        inside, own = metrics_around(x, triangles, around, own_roots, free, roots_by(self.spacing))
         places = smoothed_places(x, triangles, free, inside, own, own.axes, self.smoothing)
         return patches._replace(x=places, triangles=triangles)
 

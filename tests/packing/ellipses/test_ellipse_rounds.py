@@ -13,7 +13,7 @@ from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import Area
 from bubblemesh.kernels.ellipse_annealing import Relaxing
-from bubblemesh.kernels.ellipse_smoothing import SmoothingTerms
+from bubblemesh.kernels.newton import SmoothingTerms
 from bubblemesh.kernels.tensors import roots
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshes.tensors import area_sizes, of_axes
@@ -24,11 +24,10 @@ from bubblemesh.packing.ellipses.net import connected, flipped_net
 from bubblemesh.packing.ellipses.smoothing import (
     EllipseSmoothing,
     NoEllipseSmoothing,
-    changes_at,
     costs,
-    independent_groups,
-    independent_groups_in_numpy,
+    roots_by,
 )
+from bubblemesh.packing.newton import changes_at, independent_groups, independent_groups_in_numpy
 from bubblemesh.packing.placement import Perturbation
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
 from bubblemesh.packing.progress import TimeUp
@@ -287,7 +286,7 @@ def test_smoothing_goes_by_the_metric_that_is_asked_for():
 def test_metrics_of_triangles_are_linear_around_them():
     spacing, centers = front(), np.array([[0.2, 0.4], [0.6, 0.8]])
     root = roots(spacing.at(centers))
-    slopes = changes_at(centers, root, spacing)
+    slopes = changes_at(centers, root, roots_by(spacing))
     r11, r12, r22 = root.T
     there = centers + 0.05 * np.column_stack([1 / r11, np.zeros(2)])
     np.testing.assert_allclose(root + 0.05 * slopes[:, :3], roots(spacing.at(there)), rtol=0.01)

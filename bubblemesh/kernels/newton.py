@@ -1,4 +1,4 @@
-"""Smoothing in a metric that inverts no triangle, compiled or in NumPy alike."""
+"""Newton's method for shapes and lengths in a metric, which inverts no triangle, compiled or in NumPy alike."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -45,8 +45,8 @@ class SmoothingTerms(NamedTuple):
     """Terms of a sum over triangles.
 
     - For each triangle the k-th power of eta^4 over k, for the shape measure eta in the metric at the centroid, and
-      linear in eta^4 beyond `BEND`: a bad triangle does not outweigh all others. k is 2, or 8 if the ``worst`` count
-      most.
+      linear in eta^4 beyond a ``bend``: a bad triangle does not outweigh all others. k is 2, or 8 if the ``worst``
+      count most.
     - For each side, weight * (l - 1 / l)^2, for the mean l of its lengths in the metrics of both ends, beyond what that
       is for the length ``free``: from 1 / free to free lengths cost nothing.
     """
@@ -54,10 +54,11 @@ class SmoothingTerms(NamedTuple):
     weight: float
     free: float = 1.0
     worst: bool = False
+    bend: float = BEND
 
     def of_shapes(self, power: Floats) -> Floats:
         """Terms (t,) of shapes by eta^4 (t,)."""
-        curved = np.where(power > BEND, BEND, power)
+        curved = np.minimum(power, self.bend)
         square = curved * curved
         raised = square * square * (square * square) if self.worst else square
         return np.asarray(raised * (0.125 if self.worst else 0.5) + raised / curved * (power - curved))
@@ -200,7 +201,7 @@ def _arguments(inside: Metrics, own: Metrics, terms: SmoothingTerms) -> dict[str
         "own_slopes": np.ascontiguousarray(own.slopes),
         "weight": float(terms.weight),
         "slack": terms.slack,
-        "bend": BEND,
+        "bend": terms.bend,
         "trust": TRUST,
         "worst": int(terms.worst),
     }

@@ -1,4 +1,4 @@
-/* Packing in a metric: smoothing that inverts no triangle; see ellipse_smoothing.py. */
+/* Newton's method for shapes and lengths in a metric, which inverts no triangle; see newton.py. */
 #include <math.h>
 #include <stdlib.h>
 
