@@ -22,6 +22,8 @@ from bubblemesh.records import record
 CYCLES = {"fast": 20, "normal": 100, "best": 800}  # before `TIMES`
 FEWEST_CYCLES = {"fast": 2, "normal": 20, "best": 40}  # on the largest levels, before `TIMES`
 TIMES = {"fast": (1, 2, 4, 4, 8), "normal": (1.6, 2, 4, 4, 8), "best": (5, 5, 4, 4, 5)}  # by the finer levels
+MORE_OF_FEW = {"fast": 1, "normal": 1.75, "best": 1}  # times as many on an only level of few bubbles
+FEW = 2000  # bubbles, above which these are less in proportion
 ANNEALED_NEXT_TO_FINEST = {"fast": 2000, "normal": 2000, "best": math.inf}  # the most bubbles
 DISORDERED = 0.02  # share of the bubbles from which on all cycles are worth their time
 LAST_SHARE = 0.5  # of the first displacement: by much less than that, defects do not move any more
@@ -172,14 +174,16 @@ class CyclicAnnealing(AnnealingCycles):
         But with `best`, a coarse level gets more of them than an only one: it is small beside the finest, and all
         others take over its order. On the finest of several levels, and on a large one next to it, annealing breaks
         more of the order that was taken over than it lessens the strain. A large first level that is in order already
-        gets fewer.
+        gets fewer, and an only one of few bubbles, which takes little time, more.
         """
         most_next = ANNEALED_NEXT_TO_FINEST[self.effort]
         if rank.coarser and (rank.finer == 0 or (rank.finer == 1 and bubbles > most_next)):
             return 0
         times = TIMES[self.effort]
         worth = 1.0 if rank.coarser else min(disorder / DISORDERED, 1.0)
-        return math.ceil(times[min(rank.finer, len(times) - 1)] * self.by_size(bubbles, worth))
+        most = MORE_OF_FEW[self.effort] if rank == ONLY else 1.0
+        more = max(most * min(1.0, FEW / bubbles), 1.0)
+        return math.ceil(more * times[min(rank.finer, len(times) - 1)] * self.by_size(bubbles, worth))
 
     def sparing(self, calm: Calm) -> "CyclicAnnealing":
         """Annealing of all but calm bubbles, which are left alone."""

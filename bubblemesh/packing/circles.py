@@ -112,6 +112,8 @@ class CirclePacking:
                 inserted += self._controlled_again()
             self.net = method.smoothing(self.net, domain, self.spacing)
             progress.add(SMOOTHING * len(self.net.bubbles))
+        if method.smoothing.passes:
+            self.net = method.smoothing(self.net, domain, self.spacing, last=True)
         self.net = method.mending(self.net, domain, self.spacing, method.smoothing, random)
         if method.smoothing.passes:
             self.net = method.smoothing(self.net, domain, self.spacing, last=True)
