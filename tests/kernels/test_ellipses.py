@@ -143,10 +143,11 @@ def smoothing_problem(seed, aspect=8.0):
                 (1.0, SmoothingTerms(0.5)),
                 (30.0, SmoothingTerms(0.5)),
                 (5.0, SmoothingTerms(2.0, 1.3, worst=True)),
+                (1.0, SmoothingTerms(2.0, worst=True, bend=np.inf)),
             )
             for seed in range(4)
         ],
-        quick=5,
+        quick=6,
     ),
 )
 def test_both_engines_smooth_alike(seed, aspect, terms):
@@ -204,7 +205,13 @@ def test_shapes_in_a_metric_are_those_of_the_stretched_triangles():
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("terms", [SmoothingTerms(0.0), SmoothingTerms(1.0), SmoothingTerms(1.0, 1.3, worst=True)])
+@pytest.mark.parametrize(
+    "terms",
+    [
+        *(SmoothingTerms(0.0), SmoothingTerms(1.0), SmoothingTerms(1.0, 1.3, worst=True)),
+        SmoothingTerms(1.0, worst=True, bend=np.inf),
+    ],
+)
 def test_each_sweep_of_the_smoothing_lessens_the_sum_and_inverts_no_triangle(seed, terms):
     x, triangles, inside, own, axes, groups = smoothing_problem(seed)
     first, before = x, costs_in(x, triangles, inside, own, terms).sum()
@@ -256,10 +263,12 @@ def test_lengths_that_are_free_cost_nothing(size, beyond):
 
 @pytest.mark.parametrize("height", [0.866, 0.9, 1.0, 1.5, 4.0])
 @pytest.mark.parametrize(("worst", "k"), [(False, 2), (True, 8)])
-def test_shapes_cost_by_a_high_power_and_bad_ones_by_the_fourth(height, worst, k):
+@pytest.mark.parametrize("bend", [BEND, 2.0, np.inf])
+def test_shapes_cost_by_a_high_power_and_bad_ones_by_the_fourth(height, worst, k, bend):
     corners, triangle = np.array([[0, 0], [1, 0], [0.5, height]]), np.array([[0, 1, 2]])
     inside = Metrics(corners.mean(axis=0)[None], np.array([[1.0, 0, 1.0]]), np.zeros((1, 6)))
     own = Metrics(corners, np.repeat([[1.0, 0, 1.0]], 3, axis=0), np.zeros((3, 6)))
     power = eta(corners, triangle)[0] ** 4
-    expected = power**k / k if power <= BEND else BEND**k / k + BEND ** (k - 1) * (power - BEND)
-    assert costs_in(corners, triangle, inside, own, SmoothingTerms(0.0, worst=worst))[0] == pytest.approx(expected)
+    expected = power**k / k if power <= bend else bend**k / k + bend ** (k - 1) * (power - bend)
+    terms = SmoothingTerms(0.0, worst=worst, bend=bend)
+    assert costs_in(corners, triangle, inside, own, terms)[0] == pytest.approx(expected)

@@ -25,7 +25,7 @@ NEAR_CIRCLES = {
     "outer": PLATE,
     "holes": [{"circle": {"center": [x, 0.5], "radius": 0.3}} for x in (0.5, 1.105)],
 }
-COARSE = {"value": 0.2, "across": 0}
+COARSE, MEDIUM = ({"value": value, "across": 0} for value in (0.2, 0.1))
 
 
 def meshed(domain, **keys):
@@ -87,7 +87,7 @@ def corner_angles(ring):
 
 @pytest.mark.parametrize("angle", sweep([30, 28, 29], quick=2))
 def test_the_angle_holds_between_circles_that_nearly_touch(angle):
-    before, after = (meshed(NEAR_CIRCLES, angle_min=a) for a in (0, angle))
+    before, after = (meshed(NEAR_CIRCLES, angle_min=a, spacing=MEDIUM) for a in (0, angle))
     assert before.report["quality"]["angle_min"] < angle
     assert min(a for a, _ in angles_at(after.mesh)) >= angle - 1e-6
     check_mesh(after.mesh)
@@ -100,7 +100,7 @@ def test_the_angle_holds_between_circles_that_nearly_touch(angle):
 
 
 def test_new_nodes_lie_on_the_true_curves():
-    mesh = meshed(NEAR_CIRCLES, angle_min=30).mesh
+    mesh = meshed(NEAR_CIRCLES, angle_min=30, spacing=MEDIUM).mesh
     holes = [k for k, label in enumerate(mesh.labels) if label.startswith("hole")]
     nodes = np.unique(mesh.facets[np.isin(mesh.facet_labels, holes)])
     radii = np.min([np.hypot(*(mesh.points[nodes] - [x, 0.5]).T) for x in (0.5, 1.105)], axis=0)
@@ -239,7 +239,7 @@ def test_a_limit_on_time_ends_a_refinement_that_would_take_minutes_with_or_witho
 
 def test_a_limit_on_time_that_is_met_in_the_refinement_is_told(monkeypatch):
     monkeypatch.setattr(packing, "enter", lambda stage: monkeypatch.setattr(time_limit, "time_left", lambda: 0.0))
-    result = meshed(NEAR_CIRCLES, angle_min=30, limits={"seconds": 100})
+    result = meshed(NEAR_CIRCLES, angle_min=30, spacing=MEDIUM, limits={"seconds": 100})
     reason = "the time limit of 100 s"
     assert str(result.verdict) == f"limits.seconds: stopped by {reason}: the mesh is as it was then"
     assert (result.report["stop_reason"], result.report["finished"]) == (reason, False)

@@ -150,9 +150,9 @@ class Recorded:
     scheme: Any
     order: list[str]
 
-    def __call__(self, *arguments):
-        self.order.append(self.name)
-        return self.scheme(*arguments)
+    def __call__(self, *arguments, last=None):
+        self.order.append(f"last {self.name}" if last else self.name)
+        return self.scheme(*arguments, **({} if last is None else {"last": last}))
 
     def __getattr__(self, name):
         return getattr(self.scheme, name)
@@ -164,8 +164,9 @@ def test_smoothing_takes_turns_with_population_control_and_mending_ends():
     parts = ("population", "smoothing", "mending")
     method = replace(method, **{part: Recorded(part, getattr(method, part), order) for part in parts})
     *_, last = rounds(bubbles, domain, [spacing], method)
-    assert order[-6:] == ["smoothing", "population", "smoothing", "population", "smoothing", "mending"]
-    assert set(order[:-6]) == {"population"}
+    passes = ["smoothing", "population", "smoothing", "population", "smoothing"]
+    assert order[-8:] == [*passes, "last smoothing", "mending", "last smoothing"]
+    assert set(order[:-8]) == {"population"}
     assert last.stop_reason is not None
 
 
