@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from paths import ROOT
 
+from benchmarks.peers import __main__ as peers
 from benchmarks.peers import goals, with_distmesh, with_jigsaw, with_triangle
 from benchmarks.peers.clock import Clock, peak_mb
 from benchmarks.peers.figures import CAPTIONS, draw
@@ -262,3 +263,26 @@ lines = ["# a comment", "MSHID=3;euclidean-mesh", "NDIMS=2", "POINT=5", *points,
 lines += ["TRIA3=2", "0;1;2;0", "0;2;3;0"]
 open(settings["MESH_FILE"], "w").write("\\n".join(lines))
 """
+
+
+def test_runs_of_other_cases_are_kept(monkeypatch, tmp_path):
+    kept, page_of, asked = tmp_path / "runs.json", tmp_path / "peers.md", []
+
+    def measured_now(problem, tools, method, repeats, tell):
+        asked.append(problem.task.name)
+        runs = {OURS: (run_of(2.0, floor=1.0),), REFERENCE: (run_of(1.0, figures=OTHERS), Run(failure="fell"))}
+        return CaseRuns(1000, runs, (float(len(asked)),))
+
+    monkeypatch.setattr(peers, "ran", measured_now)
+    monkeypatch.setattr(peers, "draw", lambda *arguments: None)
+    for case in ("example-2", "example-1", "example-2"):
+        options = ["--case", case, "--tool", OURS, REFERENCE, "--results", str(kept), "-o", str(page_of)]
+        monkeypatch.setattr(sys, "argv", ["peers", *options])
+        peers.main()
+    assert asked == ["example-2", "example-1", "example-2"]
+    found = peers.RUNS.validate_json(kept.read_bytes())
+    assert {name: case.whole for name, case in found.items()} == {"example-2": (3.0,), "example-1": (2.0,)}
+    assert found["example-1"].tools[REFERENCE][1].failure == "fell"
+    assert np.isnan(found["example-1"].tools[REFERENCE][1].seconds)
+    text = page_of.read_text(encoding="utf-8")
+    assert 0 < text.index("### example-1") < text.index("### example-2")
