@@ -19,10 +19,10 @@ from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.corners import CornerFans, corner_fans, require_separation
 from bubblemesh.geometry.distance.projection import Feet, Nearest, Projection, projection_onto
-from bubblemesh.geometry.geography import Plane
 from bubblemesh.geometry.matched_sides import with_matched_sides as matched_sides
 from bubblemesh.geometry.paths import Area, Ring, RingChange, outlines
 from bubblemesh.geometry.periodic import MatchingPieces, matching_pieces
+from bubblemesh.geometry.plane import Plane
 from bubblemesh.geometry.polygonal_copy import PolygonalCopy
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.geometry.unprojection import Unprojection

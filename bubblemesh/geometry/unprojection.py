@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats
-from bubblemesh.geometry.geography import Plane
+from bubblemesh.geometry.plane import Plane
 from bubblemesh.records import record
 
 TOLERANCE = 1e-6  # of the domain's size: largest error of an interpolated place

@@ -15,8 +15,10 @@ from bubblemesh.case.fields import several
 from bubblemesh.case.spacing import NearLine, NearPoint, SpacingTerms
 from bubblemesh.errors import CaseError, at_key, coarsened_by
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.geography import Plane, Projecting, known_system
 from bubblemesh.geometry.paths import as_point
+from bubblemesh.geometry.plane import Plane
+from bubblemesh.geometry.projecting import Projecting
+from bubblemesh.geometry.systems import known_system
 from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.problem.files import named_files, unit_of_files
 from bubblemesh.problem.scale import SpacingAtScale

@@ -14,7 +14,7 @@ from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, prefixed
 from bubblemesh.files import local_copy
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.geography import same_system
+from bubblemesh.geometry.systems import same_system
 from bubblemesh.meshfiles.fields import read_field
 from bubblemesh.messages import extent, given_coordinates
 from bubblemesh.problem.crs import given_bounds, given_system

@@ -37,10 +37,10 @@ from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.following import Following, followed_together
-from bubblemesh.geometry.geography import given_plane, has_new_contacts, projected_point, projecting
 from bubblemesh.geometry.line_ends import joined_points
 from bubblemesh.geometry.nesting import with_holes, without_outside_holes
 from bubblemesh.geometry.paths import Area, Ring
+from bubblemesh.geometry.projecting import given_plane, has_new_contacts, projected_point, projecting
 from bubblemesh.messages import counted, ring_name, tell_places_by, tell_places_of
 from bubblemesh.problem.crs import projecting_of, require_one_unit_in_box, sizes_in_metres
 from bubblemesh.problem.drawing import Name, drawn

@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.geometry.corners import bends_of, turns
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.geometry.geography import Plane
+from bubblemesh.geometry.plane import Plane
 from bubblemesh.meshes.tensors import Axes, axes
 from bubblemesh.records import Uncached, record
 from bubblemesh.spacing.expression import Expression, together

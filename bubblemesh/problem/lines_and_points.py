@@ -10,10 +10,10 @@ from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.case.lines_and_points import LineFile, LineKeys, PointFile, PointKeys
 from bubblemesh.errors import Key, about, prefixed
 from bubblemesh.geometry.following import Following
-from bubblemesh.geometry.geography import projected_vertex
 from bubblemesh.geometry.line_detail import simplified
 from bubblemesh.geometry.line_ends import joined, shared_vertices
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Point, Ring
+from bubblemesh.geometry.projecting import projected_vertex
 from bubblemesh.geometry.rings import open_path
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.shapes import pieces_of

@@ -29,16 +29,16 @@ from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import Rule, overlaid
 from bubblemesh.geometry.following import Following
-from bubblemesh.geometry.geography import (
-    is_projecting,
+from bubblemesh.geometry.nesting import nested
+from bubblemesh.geometry.paths import Area, Point, Ring, as_point
+from bubblemesh.geometry.projecting import (
     projected_length,
     projected_point,
     projected_ring,
     projected_side,
+    projected_system,
     projected_vertex,
 )
-from bubblemesh.geometry.nesting import nested
-from bubblemesh.geometry.paths import Area, Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.messages import given_coordinates
 from bubblemesh.problem.drawing import drawn
@@ -159,7 +159,7 @@ def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
     at, pieces = start, list[Piece]()
     for entry in entries:
         match entry:
-            case ArcPiece() if is_projecting():
+            case ArcPiece() if projected_system() is not None:
                 raise CaseError("crs: an arc cannot be projected: give a spline, or straight sides")
             case ArcPiece(arc=arc):
                 pieces.append(ArcTo(arc.to, arc.center, arc.turn == "left", entry.label))

@@ -15,9 +15,10 @@ from bubblemesh.arrays import LARGEST_NUMBER, Floats
 from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
-from bubblemesh.geometry.geography import LARGEST_PLACE, are_off_the_earth, is_projecting
 from bubblemesh.geometry.paths import Area, Point, Ring
+from bubblemesh.geometry.projecting import projected_system
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
+from bubblemesh.geometry.systems import LARGEST_PLACE, are_off_the_earth
 from bubblemesh.messages import cause, place
 from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.slips import Slips, clean_loop, has_slips
@@ -155,7 +156,7 @@ def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list
     if len(bad):
         where, most = f"point {bad[0] + 1} at {place(array[bad[0]])}", f"{LARGEST_NUMBER:g}"
         raise CaseError(f"{name}: {where}: coordinates must be finite and at most {most}")
-    off = np.flatnonzero((np.abs(array) > LARGEST_PLACE).any(axis=1)) if is_projecting() else bad
+    off = np.flatnonzero((np.abs(array) > LARGEST_PLACE).any(axis=1)) if projected_system() is not None else bad
     if len(off):
         raise CaseError(f"{name}: point {off[0] + 1} at {_pair(array[off[0]])} is no place on the earth: correct it")
     return list(map(tuple, array.tolist()))

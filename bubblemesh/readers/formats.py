@@ -13,8 +13,8 @@ import numpy as np
 
 from bubblemesh.errors import CaseError, FileError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
-from bubblemesh.geometry.geography import is_projecting, projected_point
 from bubblemesh.geometry.paths import Area, Point, Ring
+from bubblemesh.geometry.projecting import projected_point, projected_system
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, given_coordinates, shown, tell_places_of
 from bubblemesh.readers.areas import areas_by_nesting, chosen_areas
@@ -222,7 +222,7 @@ def _measured(
     points = vertices_of(features)
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     tell_places_of(size)
-    degrees = False if is_projecting() else content.degrees
+    degrees = content.degrees if projected_system() is None else False
     return size, [*degrees_notes(points, degrees, is_map), *length_notes(content, selection)]
 
 

@@ -7,18 +7,17 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.geometry.geography import (
-    full_turn,
-    is_projecting,
+from bubblemesh.geometry.paths import as_point
+from bubblemesh.geometry.projecting import (
     projected,
     projected_if_near,
     projected_line,
     projected_ring,
+    projected_system,
     projected_vertices,
-    require_system,
 )
-from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.rings import LineTo
+from bubblemesh.geometry.systems import full_turn, require_system
 from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, require_on_the_earth, vertices_of
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.systems import require_one_system
@@ -31,14 +30,15 @@ def projected_features(path: Path, content: FeatureCollection, selection: Select
     places on the earth do not have; without a projection, for a file in another system than those before it.
     """
     features = selection.of(content.features)
-    if not is_projecting():
+    system = projected_system()
+    if system is None:
         require_one_system(path, content, vertices_of(features))
         return features
     if selection.factor(content) != 1:
         raise CaseError("units and scale are not for coordinates with a crs: leave them out")
     points = vertices_of(features)
-    require_system(content.system, content.degrees, points)
-    if full_turn() is not None:
+    require_system(system, content.system, content.degrees, points)
+    if full_turn(system) is not None:
         require_on_the_earth(features)
     projected(points)  # all at once: they decide on the plane, and are checked
     return [_projected(one) for one in features]

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.geography import full_turn, require_system
 from bubblemesh.geometry.nesting import polygons_of
+from bubblemesh.geometry.projecting import projected_system
+from bubblemesh.geometry.systems import full_turn, require_system
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted, extent
 from bubblemesh.readers.features import Feature, require_on_the_earth, vertices_of
@@ -42,8 +43,9 @@ def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, 
     selection = Selection(() if layer is None else (layer,))
     content = read_content(path, selection, "lines" if of == "lines" else "rings")
     features = selection.of(content.features)
-    require_system(content.system, content.degrees, vertices_of(features))
-    if content.degrees or full_turn() is not None:
+    if (system := projected_system()) is not None:
+        require_system(system, content.system, content.degrees, vertices_of(features))
+    if content.degrees or full_turn(system) is not None:
         require_on_the_earth(features)
     frame = shapely.box(*box)
     found, notes = _left_of(features, box, frame) if of == "lines" else _areas(features, box, frame)
@@ -86,7 +88,7 @@ def _areas(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tup
 
 def _near(shapes: Shapes, frame: shapely.Polygon) -> tuple[Integers, Shapes]:
     """Numbers (k,) of the shapes whose extents meet a frame, and these shapes, moved by whole turns of longitude."""
-    turn = full_turn()
+    turn = full_turn(projected_system())
     numbers = list[Integers]()
     moved = list[Shapes]()
     x0, y0, x1, y1 = frame.bounds

@@ -10,7 +10,7 @@ import numpy as np
 
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, FileError
-from bubblemesh.geometry.geography import known_system, same_places
+from bubblemesh.geometry.systems import known_system, same_places
 from bubblemesh.readers.degrees import is_geographic
 from bubblemesh.readers.features import FeatureCollection
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from bubblemesh.geometry.following import Deviation
-from bubblemesh.geometry.geography import Plane
+from bubblemesh.geometry.plane import Plane
 from bubblemesh.meshes.areas_and_lengths import LabelLength, RegionArea
 from bubblemesh.meshfiles.text import json_ready
 from bubblemesh.packing.demands import Demands

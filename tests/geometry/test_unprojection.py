@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("pyproj")
 
-from bubblemesh.geometry.geography import Plane
+from bubblemesh.geometry.plane import Plane
 from bubblemesh.geometry.unprojection import TOLERANCE, Unprojection
 
 

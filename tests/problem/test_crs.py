@@ -14,8 +14,9 @@ from bubblemesh import mesh
 from bubblemesh.adaptivity.adapt import Target, adapted
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
-from bubblemesh.geometry.geography import BENT, Plane, Projecting
 from bubblemesh.geometry.paths import Line, Polyline
+from bubblemesh.geometry.plane import BENT, Plane
+from bubblemesh.geometry.projecting import Projecting
 from bubblemesh.geometry.rings import circle, polygon
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.problem.domain import case_domain

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.geography import Projecting, projecting
+from bubblemesh.geometry.projecting import Projecting, projecting
 from bubblemesh.readers.shores import land_in
 
 

@@ -25,7 +25,7 @@ from bubblemesh.errors import (
     RequirementError,
     prefixed,
 )
-from bubblemesh.geometry.geography import Plane
+from bubblemesh.geometry.plane import Plane
 from bubblemesh.messages import place, tell_places_by, tell_places_of
 from bubblemesh.packing.configure import OptionError
 from bubblemesh.parts.work import Job

@@ -11,8 +11,8 @@ import shapely
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case.domain import ShoreDomain
 from bubblemesh.errors import GeometryError, prefixed
-from bubblemesh.geometry.geography import given_plane, projected, projected_line
 from bubblemesh.geometry.nesting import polygons_of
+from bubblemesh.geometry.projecting import given_plane, projected, projected_line
 from bubblemesh.messages import counted
 from bubblemesh.readers.shores import ON_SIDE, land_in
 
