@@ -57,8 +57,8 @@ def contacts_between(starts: Floats, ends: Floats, points: Floats, tolerance: fl
     sides, _ = different_rows(np.column_stack([starts, ends]))
     starts, ends = sides[:, :2], sides[:, 2:]
     points, _ = different_rows(points)
-    lines = shapely.linestrings(np.stack([starts, ends], axis=1))
-    side, number = shapely.STRtree(shapely.points(points)).query(lines, predicate="dwithin", distance=tolerance)
+    lines = shapely.STRtree(shapely.linestrings(np.stack([starts, ends], axis=1)))
+    number, side = lines.query(shapely.points(points), predicate="dwithin", distance=tolerance)
     length = np.hypot(*(ends - starts).T)
     along = ((points[number] - starts[side]) * (ends - starts)[side]).sum(axis=1) / length[side]
     between = (along > tolerance) & (along < length[side] - tolerance)

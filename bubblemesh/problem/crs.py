@@ -17,7 +17,6 @@ from bubblemesh.errors import CaseError, at_key, coarsened_by
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.plane import Plane
-from bubblemesh.geometry.projecting import Projecting
 from bubblemesh.geometry.systems import known_system
 from bubblemesh.geometry.unprojection import Unprojection
 from bubblemesh.problem.files import named_files, unit_of_files
@@ -31,13 +30,12 @@ METRES_OF_DEGREE = 111_200.0  # of latitude
 FARTHEST = 540.0, 100.0  # longitude and latitude, in degrees, that data reaches beyond which there are none
 
 
-def projecting_of(keys: CrsKeys) -> Projecting:
-    """Projection of the coordinates; CaseError with the key for a system that is not known."""
+def require_known_systems(keys: CrsKeys) -> None:
+    """Check the names of systems; CaseError with the key for one that is not known."""
     for key, name in (("from", keys.source), ("to", keys.to)):
         if name != AUTO or key == "from":
             with at_key("crs", key):
                 known_system(name)
-    return Projecting(keys.source, None if keys.to == AUTO else keys.to)
 
 
 def on_the_ground(at: SpacingAtScale, plane: Plane, power: int = 1) -> SpacingAtScale:

@@ -38,14 +38,15 @@ from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.following import Following, followed_together
 from bubblemesh.geometry.line_ends import joined_points
+from bubblemesh.geometry.map_projection import MapProjection
 from bubblemesh.geometry.nesting import with_holes, without_outside_holes
 from bubblemesh.geometry.paths import Area, Ring
-from bubblemesh.geometry.projecting import given_plane, has_new_contacts, projected_point, projecting
 from bubblemesh.messages import counted, ring_name, tell_places_by, tell_places_of
-from bubblemesh.problem.crs import projecting_of, require_one_unit_in_box, sizes_in_metres
+from bubblemesh.problem.crs import require_one_unit_in_box, sizes_in_metres
 from bubblemesh.problem.drawing import Name, drawn
 from bubblemesh.problem.files import own_files
 from bubblemesh.problem.lines_and_points import lines_of, points_of
+from bubblemesh.problem.projection import projection_of
 from bubblemesh.problem.repair import repair_of, with_repair
 from bubblemesh.problem.shapes import (
     followed,
@@ -55,6 +56,7 @@ from bubblemesh.problem.shapes import (
     require_needed,
     selection_of,
 )
+from bubblemesh.readers.contents import contents_kept
 from bubblemesh.readers.systems import one_system
 
 if TYPE_CHECKING:
@@ -62,57 +64,45 @@ if TYPE_CHECKING:
     from bubblemesh.spacing.spacing import Spacing
 
 DOMAIN = Key(["domain"])
-MOST_READINGS = 4  # of a domain, to know all contacts; one and another are enough unless an error stops the first
 REST = -1  # number of what regions leave of the domain, among the numbers of their entries
 
 
 def case_domain(case: Case) -> Domain:
     """The domain of a case's areas, with its regions and what is embedded; errors have the place and what to do."""
-    by = None if case.crs is None else projecting_of(case.crs)
     tell_places_of(None)
-    tell_places_by(None if by is None else by.given_place)
-    with about(DOMAIN), own_files(case.domain, case.root), projecting(by), one_system():
+    tell_places_by(None)
+    with about(DOMAIN), own_files(case.domain, case.root), contents_kept(), one_system():
+        projection = projection_of(case.domain, case.crs)
+        plane = projection.plane
+        tell_places_by(None if plane is None else plane.given_place)
         try:
-            domain = _with_shared_names(_sea(case) if isinstance(case.domain, ShoreDomain) else _domain(case.domain))
-            if by is not None and by.plane is not None:
-                tell_places_by(by.plane.given_place)  # what else the projection has noted is not needed any more
-                domain = replace(domain, plane=by.plane)
-            return domain
+            sea = isinstance(case.domain, ShoreDomain)
+            domain = _with_shared_names(_sea(case, projection) if sea else _domain(case.domain, projection))
+            return domain if plane is None else replace(domain, plane=plane)
         except GeometryError as error:
             if error.mendable:
-                error.args = (f"{error.text}{_advice(case.domain, error)}",)
+                error.args = (f"{error.text}{_advice(case.domain, projection, error)}",)
             raise
 
 
-def _domain(keys: DomainKeys) -> Domain:
-    return Domain.with_matched_sides(*_read(keys))
+def _domain(keys: DomainKeys, projection: MapProjection) -> Domain:
+    """The domain of some keys, that of a sea with all of its detail; errors name the ring."""
+    match keys:
+        case RingDomain():
+            areas = _areas_of_rings(keys, projection)
+        case RegionDomain():
+            return Domain.with_matched_sides(*_covering(keys, projection))
+        case FileDomain():
+            areas = _areas_of_file(keys, projection)
+        case ShoreDomain():
+            from bubblemesh.problem.shoreline.box import sea_in_box
+            from bubblemesh.problem.shoreline.rings import areas_of_sea
+
+            areas = areas_of_sea(sea_in_box(keys, projection), keys.shoreline.file)
+    return Domain.with_matched_sides(areas, _inner_parts(keys, areas, projection))
 
 
-def _read(keys: DomainKeys) -> tuple[list[Area], InnerParts]:
-    """Areas and inner parts of a domain; with more vertices where those of others lie on sides as these are given.
-
-    That is known only when all of them are read, so that they are read again.
-    """
-    for _ in range(MOST_READINGS - 1):
-        try:
-            areas, parts = _read_once(keys)
-        except GeometryError:
-            if not has_new_contacts([]):
-                raise
-        else:
-            if not has_new_contacts(areas):
-                return areas, parts
-    return _read_once(keys)
-
-
-def _read_once(keys: DomainKeys) -> tuple[list[Area], InnerParts]:
-    if isinstance(keys, RegionDomain):
-        return _covering(keys)
-    areas = domain_areas(keys)  # they decide on the plane, if there is one
-    return areas, _inner_parts(keys, areas)
-
-
-def _sea(case: Case) -> Domain:
+def _sea(case: Case, projection: MapProjection) -> Domain:
     """The domain of the sea in a box, with the detail that its spacing can show."""
     # Imported here since few domains are seas.
     from bubblemesh.problem.shoreline.box import sea_in_box
@@ -125,15 +115,15 @@ def _sea(case: Case) -> Domain:
     assert isinstance(keys, ShoreDomain)
     if case.crs is None:
         require_one_unit_in_box(keys, case.spacing_terms)
-    sea = sea_in_box(keys)
-    parts = _inner_parts(keys, [])  # no line is joined to the shore, whose detail is not known yet
+    sea = sea_in_box(keys, projection)
+    parts = _inner_parts(keys, [], projection)  # no line is joined to the shore, whose detail is not known yet
 
     def domain_of(sea: "Sea") -> Domain:
         domain = Domain.of_areas(
             [area.about(Key((*DOMAIN, "shoreline"))) for area in areas_of_sea(sea, keys.shoreline.file)], parts
         )
         shore = tuple(label for label in SHORE if label in domain.labels)
-        return replace(domain, plane=given_plane(), groups={"shore": shore})
+        return replace(domain, plane=projection.plane, groups={"shore": shore})
 
     @cache
     def spacing() -> "Spacing":  # which is asked for only where the shore that is kept depends on it
@@ -152,7 +142,7 @@ def _sea(case: Case) -> Domain:
         return domain_of(fitted_sea(sea, keys, lambda points: spacing().extended(points)))
 
 
-def _advice(keys: DomainKeys, error: GeometryError) -> str:
+def _advice(keys: DomainKeys, projection: MapProjection, error: GeometryError) -> str:
     """Advice on what mends rings that an error is about, if a repair does, and on what is to be done then."""
     then = ""
     for path in dict.fromkeys((error.about[1:], (*error.about[1:], "ring"), ())):
@@ -161,7 +151,7 @@ def _advice(keys: DomainKeys, error: GeometryError) -> str:
             continue
         advice = f"; repair: true in {Key((*DOMAIN, *path))} mends it"
         try:
-            _domain(repaired)
+            _domain(repaired, projection)
         except GeometryError as other:
             if not then and isinstance(other, NeighbourError) and not isinstance(error, NeighbourError):
                 then = f"{advice}, and then: {other.text}"
@@ -172,27 +162,11 @@ def _advice(keys: DomainKeys, error: GeometryError) -> str:
     return then
 
 
-def domain_areas(keys: DomainKeys) -> list[Area]:
-    """The areas of a domain; errors of geometry, keys and files name the ring."""
-    match keys:
-        case RingDomain():
-            return _areas_of_rings(keys)
-        case RegionDomain():
-            return _covering(keys)[0]
-        case FileDomain():
-            return _areas_of_file(keys)
-        case ShoreDomain():
-            from bubblemesh.problem.shoreline.box import sea_in_box
-            from bubblemesh.problem.shoreline.rings import areas_of_sea
-
-            return areas_of_sea(sea_in_box(keys), keys.shoreline.file)
-
-
-def _areas_of_rings(keys: RingDomain) -> list[Area]:
+def _areas_of_rings(keys: RingDomain, projection: MapProjection) -> list[Area]:
     """The areas within outer rings and outside of holes, repaired if the keys say so."""
     repair = repair_of(keys)
-    areas = list(_outer_areas(keys))
-    holes, left_out = without_outside_holes(areas, list(_holes(keys)))
+    areas = list(_outer_areas(keys, projection))
+    holes, left_out = without_outside_holes(areas, list(_holes(keys, projection)))
     if left_out:
         areas[0] = areas[0].noted(f"{counted(left_out, 'hole')} left out, outside of the domain")
     rings = [hole.outer for hole in holes]
@@ -202,24 +176,24 @@ def _areas_of_rings(keys: RingDomain) -> list[Area]:
     return [*repair(areas, rings), *(repair(islands) if islands else [])]
 
 
-def _outer_areas(keys: RingDomain) -> Iterator[Area]:
+def _outer_areas(keys: RingDomain, projection: MapProjection) -> Iterator[Area]:
     several = isinstance(keys.outer, tuple)
     for number, own in enumerate(keys.outer if isinstance(keys.outer, tuple) else [keys.outer]):
         ring = _inheriting(own, keys)
         key = Key((*DOMAIN, "outer", number) if several else (*DOMAIN, "outer"))
         with prefixed(f"outer ring {number + 1}" if several else ring_name(0)), about(key):
-            found = outer_areas_of(ring)
+            found = outer_areas_of(ring, projection)
             require_needed(found)
         yield from (area.about(key) for area in found)
 
 
-def _holes(keys: RingDomain) -> Iterator[Area]:
+def _holes(keys: RingDomain, projection: MapProjection) -> Iterator[Area]:
     made = 0
     for number, own in enumerate(keys.holes):
         ring = _inheriting(own, keys)
         key = Key((*DOMAIN, "holes", number))
         with prefixed(ring_name(made + 1)), about(key):
-            found = [area.about(key) for area in hole_areas_of(ring)]
+            found = [area.about(key) for area in hole_areas_of(ring, projection)]
         made += len(found)
         yield from found
 
@@ -230,25 +204,25 @@ def _inheriting(ring: RingKeys, keys: RingDomain) -> RingKeys:
     return ring.model_copy(update={"repair": keys.repair}) if mends else ring
 
 
-def _areas_of_file(keys: FileDomain) -> list[Area]:
+def _areas_of_file(keys: FileDomain, projection: MapProjection) -> list[Area]:
     """Areas in a file that is the whole domain."""
     labelled = [
         Area(area.outer.labelled(keys.label), tuple(hole.labelled(keys.hole_label) for hole in area.holes))
-        for area in readers.read_areas(Path(keys.file), selection_of(keys))
+        for area in readers.read_areas(Path(keys.file), selection_of(keys), projection)
     ]
     areas = [area.mapped(lambda ring: followed(ring, keys)) for area in drawn(labelled, keys)]
     require_needed(areas)
     return areas
 
 
-def _inner_parts(keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
+def _inner_parts(keys: InnerKeys, areas: Sequence[Area], projection: MapProjection) -> InnerParts:
     """Regions in areas, and what is embedded; errors say which one it is."""
-    return _with_embedded(_in_layers(_with_regions(keys), keys, areas), keys, areas)
+    return _with_embedded(_in_layers(_with_regions(keys, projection), keys, areas), keys, areas, projection)
 
 
-def _with_regions(keys: InnerKeys) -> InnerParts:
+def _with_regions(keys: InnerKeys, projection: MapProjection) -> InnerParts:
     """Regions of a domain, and points in further ones."""
-    found = list(_regions(keys))
+    found = list(_regions(keys, projection))
     regions = tuple(one for one in found if isinstance(one, Region))
     seeds = tuple(one for one in found if isinstance(one, Seed))
     tolerance = keys.periodic_tolerance or 0.0
@@ -262,16 +236,16 @@ def _in_layers(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> Inn
     return replace(parts, regions=tuple(covered(parts.regions, [area.outer for area in areas])))
 
 
-def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:
+def _with_embedded(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area], projection: MapProjection) -> InnerParts:
     """Regions in areas, with lines and points."""
-    points, notes = points_of(keys)
+    points, notes = points_of(keys, projection)
     rings = [ring for area in areas for ring in area.rings] + parts.rings
-    lines = lines_of(keys, rings)
+    lines = lines_of(keys, rings, projection)
     points, more = joined_points(points, lines, rings)
     return replace(parts, lines=tuple(lines), points=tuple(points), remarks=(*notes, *more))
 
 
-def _regions(keys: InnerKeys) -> Iterator[Region | Seed]:
+def _regions(keys: InnerKeys, projection: MapProjection) -> Iterator[Region | Seed]:
     """Regions of the keys, and points in others; CaseError if one of a file has the name of another entry."""
     seen = {keys.region: REST}
     for number, model in enumerate(keys.regions):
@@ -281,17 +255,17 @@ def _regions(keys: InnerKeys) -> Iterator[Region | Seed]:
         match model:
             case RegionFile():
                 with about(key):
-                    found = _regions_of_file(model, ordered=keys.overlaps == "later")
+                    found = _regions_of_file(model, projection, ordered=keys.overlaps == "later")
                     for one in found:
                         if (other := seen.setdefault(str(one.name), number)) != number:
                             raise _named_twice(one, model, is_rest=other == REST)
                 label, named = model.label, model.label is not None
             case RegionSeed():
                 with prefixed(f"region {model.name!r}"), about(key):
-                    found = drawn((Seed(projected_point(at), model.name) for at in model.points), model)
+                    found = drawn((Seed(projection.point(at), model.name) for at in model.points), model)
             case RegionKeys():
                 with prefixed(f"region {model.name!r}"), about(key):
-                    areas = [replace(area, name=model.name) for area in region_areas_of(model.ring)]
+                    areas = [replace(area, name=model.name) for area in region_areas_of(model.ring, projection)]
                     found = drawn(areas, model, _renamed)
                 label = getattr(model.ring, "label", None)
         seen |= dict.fromkeys((str(one.name) for one in found), number)
@@ -317,13 +291,13 @@ def _named_twice(area: Area | Seed, keys: RegionFile, is_rest: bool) -> CaseErro
     return CaseError(f"{where}: {area.name!r} is the name of another region too: rename one of them")
 
 
-def _regions_of_file(keys: RegionFile, ordered: bool) -> list[Area] | list[Seed]:
+def _regions_of_file(keys: RegionFile, projection: MapProjection, ordered: bool) -> list[Area] | list[Seed]:
     """Areas of a file that share borders, with their names, or points in regions; if ``ordered``, later ones cover."""
     if keys.part is not None:
         raise CaseError("part is not for regions that share borders: leave it out")
     found, points = list[Area](), list[Seed]()
     limits = keys.largest is None
-    for one in readers.read_regions(Path(keys.file), selection_of(keys), keys.name, limits, ordered):
+    for one in readers.read_regions(Path(keys.file), selection_of(keys), keys.name, projection, limits, ordered):
         if isinstance(one, Area):
             found.append(one.mapped(lambda ring: ring.labelled(keys.label)))
         else:
@@ -349,14 +323,14 @@ def _renamed(area: Area, name: Name) -> Area:
     return replace(area, name=name(area.name))
 
 
-def _covering(keys: RegionDomain) -> tuple[list[Area], InnerParts]:
+def _covering(keys: RegionDomain, projection: MapProjection) -> tuple[list[Area], InnerParts]:
     """Areas that the regions of files cover together, and these regions, with what is embedded."""
-    parts = _with_regions(keys)
+    parts = _with_regions(keys, projection)
     if parts.seeds and not parts.regions:
         with about(parts.seeds[0].key):
             raise CaseError("points name regions in a domain that outer or file gives: add that")
     areas = _covered(keys, parts)
-    return areas, _with_embedded(_in_layers(parts, keys, areas), keys, areas)
+    return areas, _with_embedded(_in_layers(parts, keys, areas), keys, areas, projection)
 
 
 def _covered(keys: RegionDomain, parts: InnerParts) -> list[Area]:

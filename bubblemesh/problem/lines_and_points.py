@@ -12,8 +12,8 @@ from bubblemesh.errors import Key, about, prefixed
 from bubblemesh.geometry.following import Following
 from bubblemesh.geometry.line_detail import simplified
 from bubblemesh.geometry.line_ends import joined, shared_vertices
+from bubblemesh.geometry.map_projection import MapProjection
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Point, Ring
-from bubblemesh.geometry.projecting import projected_vertex
 from bubblemesh.geometry.rings import open_path
 from bubblemesh.problem.drawing import drawn
 from bubblemesh.problem.shapes import pieces_of
@@ -24,7 +24,7 @@ SMOOTH = 30.0  # degrees: vertices that turn by less may be those of a curve
 SEVERAL = 24  # of them are advised to be followed
 
 
-def lines_of(keys: InnerKeys, rings: Sequence[Ring]) -> list[OpenPath]:
+def lines_of(keys: InnerKeys, rings: Sequence[Ring], projection: MapProjection) -> list[OpenPath]:
     """Lines that the keys of a domain describe, with those of the file that is the domain; errors name the line.
 
     Ends of lines may be joined to each other, and to the rings around the domain, its holes and its regions.
@@ -33,14 +33,14 @@ def lines_of(keys: InnerKeys, rings: Sequence[Ring]) -> list[OpenPath]:
     for number, line in enumerate(keys.lines):
         key = Key((*DOMAIN, "lines", number))
         with prefixed(f"line {len(lines) + 1}"), about(key):
-            found = drawn(_lines(line), line)
+            found = drawn(_lines(line, projection), line)
         for path in found:
             label = path.label or f"line-{len(lines) + 1}"
             optional = path.optional or line.outside == "skip"
             lines.append(replace(path, label=label, named=bool(path.label), key=key, optional=optional))
             models.append(line)
     if isinstance(keys, FileDomain):
-        for path in drawn(readers.read_inner_lines(Path(keys.file), named_in_file(keys)), keys):
+        for path in drawn(readers.read_inner_lines(Path(keys.file), named_in_file(keys), projection), keys):
             lines.append(replace(path, label=f"line-{len(lines) + 1}", named=False, key=DOMAIN))
             models.append(None)
     return _with_changes(lines, models, rings)
@@ -72,10 +72,10 @@ def _followed(line: OpenPath, follow: Following, stay: Set[Point]) -> OpenPath:
         return follow.along(line, stay)
 
 
-def _lines(line: LineKeys) -> list[OpenPath]:
+def _lines(line: LineKeys, projection: MapProjection) -> list[OpenPath]:
     if not isinstance(line, LineFile):
-        return [open_path(*pieces_of(line), line.label or "")]
-    found = readers.read_lines(Path(line.file), named_in_file(line))
+        return [open_path(*pieces_of(line, projection), line.label or "")]
+    found = readers.read_lines(Path(line.file), named_in_file(line), projection)
     return [path.labelled(line.label) for path in found]
 
 
@@ -86,14 +86,14 @@ def has_followable(lines: Sequence[OpenPath]) -> bool:
     return sum(len(line.vertices) - len(follow.along(line, set()).vertices) for line in of_files) >= SEVERAL
 
 
-def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
+def points_of(keys: InnerKeys, projection: MapProjection) -> tuple[list[InnerPoint], tuple[str, ...]]:
     """Points that the keys of a domain describe, and notes on those of files; errors name the key."""
     made: list[InnerPoint] = []
     notes: list[str] = []
     for number, point in enumerate(keys.points):
         key = Key((*DOMAIN, "points", number))
         with about(key):
-            found, more = _points(point)
+            found, more = _points(point, projection)
             notes += more
             for copy in drawn(found, point):
                 label = copy.label or f"point-{len(made) + 1}"
@@ -101,10 +101,10 @@ def points_of(keys: InnerKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
     return made, tuple(notes)
 
 
-def _points(point: PointKeys) -> tuple[list[InnerPoint], tuple[str, ...]]:
+def _points(point: PointKeys, projection: MapProjection) -> tuple[list[InnerPoint], tuple[str, ...]]:
     if not isinstance(point, PointFile):
-        return [InnerPoint(projected_vertex(point.at), point.label or "", reach=point.join or 0.0)], ()
-    places, notes = readers.read_points(Path(point.file), named_in_file(point), point.name)
+        return [InnerPoint(projection.point(point.at), point.label or "", reach=point.join or 0.0)], ()
+    places, notes = readers.read_points(Path(point.file), named_in_file(point), point.name, projection)
     reach = (point.join or 0.0) * (METRES[point.units] if point.units else point.scale or 1.0)
     return [InnerPoint(place.at, (point.label or place.label or ""), reach=reach) for place in places], notes
 

@@ -29,16 +29,9 @@ from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import Rule, overlaid
 from bubblemesh.geometry.following import Following
+from bubblemesh.geometry.map_projection import MapProjection
 from bubblemesh.geometry.nesting import nested
 from bubblemesh.geometry.paths import Area, Point, Ring, as_point
-from bubblemesh.geometry.projecting import (
-    projected_length,
-    projected_point,
-    projected_ring,
-    projected_side,
-    projected_system,
-    projected_vertex,
-)
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
 from bubblemesh.messages import given_coordinates
 from bubblemesh.problem.drawing import drawn
@@ -46,59 +39,65 @@ from bubblemesh.problem.repair import repair_of
 from bubblemesh.readers.selection import METRES, Selection
 
 
-def outer_areas_of(keys: RingKeys) -> list[Area]:
+def outer_areas_of(keys: RingKeys, projection: MapProjection) -> list[Area]:
     """Areas that the ring that some keys describe encloses, or the parts of a file that they take, with their holes."""
     if not isinstance(keys, FileRing):
-        return areas_of(keys)
-    return _finished(readers.read_areas(Path(keys.file), selection_of(keys)), keys)
+        return areas_of(keys, projection)
+    return _finished(readers.read_areas(Path(keys.file), selection_of(keys), projection), keys)
 
 
-def hole_areas_of(keys: RingKeys) -> list[Area]:
+def hole_areas_of(keys: RingKeys, projection: MapProjection) -> list[Area]:
     """Areas that some keys leave out of the mesh: within all rings that they describe, as these nest."""
     if not isinstance(keys, FileRing):
-        return areas_of(keys)
+        return areas_of(keys, projection)
     if keys.repair:
-        return _finished(readers.read_shapes(Path(keys.file), selection_of(keys), united=True), keys)
-    found = areas_of(keys)
+        return _finished(readers.read_shapes(Path(keys.file), selection_of(keys), projection, united=True), keys)
+    found = areas_of(keys, projection)
     return nested(found) if len(found) > 1 else found
 
 
-def region_areas_of(keys: RingKeys) -> list[Area]:
+def region_areas_of(keys: RingKeys, projection: MapProjection) -> list[Area]:
     """Areas of a region, within any of the rings that some keys describe; a repair of a file unites those that meet."""
     if not isinstance(keys, FileRing):
-        return areas_of(keys)
-    return _finished(readers.read_shapes(Path(keys.file), selection_of(keys), united=True, nested=False), keys)
+        return areas_of(keys, projection)
+    return _finished(
+        readers.read_shapes(Path(keys.file), selection_of(keys), projection, united=True, nested=False), keys
+    )
 
 
-def areas_of(keys: RingKeys) -> list[Area]:
+def areas_of(keys: RingKeys, projection: MapProjection) -> list[Area]:
     """Areas within the rings that some keys describe, or all areas of the file that they name, with all copies."""
     match keys:
         case RectangleRing():
-            with given_coordinates():
-                rectangle = rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)
-            return _plain(projected_ring(rectangle), keys)
+            return _plain(projection.ring(given_ring(keys)), keys)
         case CircleRing():
-            center = projected_point(keys.circle.center)
-            radius = projected_length(keys.circle.radius, keys.circle.center)
+            center = projection.point(keys.circle.center)
+            radius = projection.length(keys.circle.radius, keys.circle.center)
             return _plain(rings.circle(center, radius, keys.label), keys)
         case EllipseRing():
-            center, given = projected_point(keys.ellipse.center), keys.ellipse
-            radii = as_point([projected_length(radius, given.center) for radius in given.radii])
+            center, given = projection.point(keys.ellipse.center), keys.ellipse
+            radii = as_point([projection.length(radius, given.center) for radius in given.radii])
             return _plain(rings.ellipse(center, radii, given.angle, keys.label), keys)
         case PathRing():
-            return _plain(rings.path(*pieces_of(keys), keys.label), keys)
+            return _plain(rings.path(*pieces_of(keys, projection), keys.label), keys)
         case PolygonRing():
-            with given_coordinates():
-                polygon = rings.polygon(keys.polygon, keys.labels, keys.label)
-            return _finished(repair_of(keys)([Area(projected_ring(polygon))]), keys)
+            return _finished(repair_of(keys)([Area(projection.ring(given_ring(keys)))]), keys)
         case FileRing():
-            return _finished(readers.read_shapes(Path(keys.file), selection_of(keys)), keys)
+            return _finished(readers.read_shapes(Path(keys.file), selection_of(keys), projection), keys)
         case UnionRing():
-            return _finished(_overlaid("union", keys.union), keys)
+            return _finished(_overlaid("union", keys.union, projection), keys)
         case MinusRing():
-            return _finished(_overlaid("minus", keys.minus), keys)
+            return _finished(_overlaid("minus", keys.minus, projection), keys)
         case IntersectionRing():
-            return _finished(_overlaid("intersection", keys.intersection), keys)
+            return _finished(_overlaid("intersection", keys.intersection, projection), keys)
+
+
+def given_ring(keys: RectangleRing | PolygonRing) -> Ring:
+    """A rectangle or a polygon, as given."""
+    with given_coordinates():
+        if isinstance(keys, RectangleRing):
+            return rings.rectangle(*keys.rectangle, labels=keys.labels, label=keys.label)
+        return rings.polygon(keys.polygon, keys.labels, keys.label)
 
 
 def _plain(ring: Ring, keys: PlainKeys) -> list[Area]:
@@ -120,12 +119,12 @@ def require_needed(areas: Sequence[Area]) -> None:
         )
 
 
-def _overlaid(rule: Rule, operands: Sequence[RingKeys]) -> list[Area]:
+def _overlaid(rule: Rule, operands: Sequence[RingKeys], projection: MapProjection) -> list[Area]:
     """Areas that other rings give by a rule; GeometryError with what they are if there is none."""
     areas = []
     for number, operand in enumerate(operands, start=1):
         with prefixed(f"{rule}, ring {number}"):
-            areas.append(_operand(operand))
+            areas.append(_operand(operand, projection))
             require_needed(areas[-1])
     found = overlaid(rule, areas)
     if not found:
@@ -136,12 +135,14 @@ def _overlaid(rule: Rule, operands: Sequence[RingKeys]) -> list[Area]:
     return found
 
 
-def _operand(keys: RingKeys) -> list[Area]:
+def _operand(keys: RingKeys, projection: MapProjection) -> list[Area]:
     """Areas of a ring that others are overlaid with: of a file all of them, with their holes."""
     if not isinstance(keys, FileRing):
-        return areas_of(keys)
+        return areas_of(keys, projection)
     selection = selection_of(keys)
-    return _finished(readers.read_areas(Path(keys.file), replace(selection, part=selection.part or "all")), keys)
+    return _finished(
+        readers.read_areas(Path(keys.file), replace(selection, part=selection.part or "all"), projection), keys
+    )
 
 
 def _name(keys: RingKeys) -> str:
@@ -151,30 +152,30 @@ def _name(keys: RingKeys) -> str:
     return f"{kind} {name!r}" if name else kind
 
 
-def pieces_of(keys: PathLine) -> tuple[Point, list[Piece]]:
+def pieces_of(keys: PathLine, projection: MapProjection) -> tuple[Point, list[Piece]]:
     """The first point of a path, and the geometry of the pieces from there."""
     start, *entries = keys.path
     assert isinstance(start, tuple)
-    first = projected_vertex(start)
+    first = projection.point(start)
     at, pieces = start, list[Piece]()
     for entry in entries:
         match entry:
-            case ArcPiece() if projected_system() is not None:
+            case ArcPiece() if projection.system is not None:
                 raise CaseError("crs: an arc cannot be projected: give a spline, or straight sides")
             case ArcPiece(arc=arc):
                 pieces.append(ArcTo(arc.to, arc.center, arc.turn == "left", entry.label))
                 at = arc.to
             case SplinePiece():
                 *inner, at = entry.spline.through
-                pieces.append(SplineTo((*map(projected_point, inner), projected_vertex(at)), entry.label))
+                pieces.append(SplineTo((*map(projection.point, inner), projection.point(at)), entry.label))
             case LinePiece(to=to, label=label):
-                pieces += [LineTo(place, label) for place in projected_side(at, to)]
+                pieces += [LineTo(place, label) for place in projection.side(at, to)]
                 at = to
             case to:
-                pieces += map(LineTo, projected_side(at, to))
+                pieces += map(LineTo, projection.side(at, to))
                 at = to
     if isinstance(keys, PathRing):
-        pieces += [LineTo(place, keys.label) for place in projected_side(at, start)[:-1]]
+        pieces += [LineTo(place, keys.label) for place in projection.side(at, start)[:-1]]
     return first, pieces
 
 

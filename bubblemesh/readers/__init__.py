@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bubblemesh.readers.formats import files_of, is_of_maps, read_areas, read_regions, read_shapes
+    from bubblemesh.readers.formats import files_of, is_of_maps, read_areas, read_content, read_regions, read_shapes
     from bubblemesh.readers.lines_and_points import read_inner_lines, read_lines, read_points
     from bubblemesh.readers.regions import is_straight, united
 
@@ -13,6 +13,7 @@ __all__ = [
     "is_of_maps",
     "is_straight",
     "read_areas",
+    "read_content",
     "read_inner_lines",
     "read_lines",
     "read_points",
@@ -23,7 +24,7 @@ __all__ = [
 
 HOMES = {
     **dict.fromkeys(("read_inner_lines", "read_lines", "read_points"), "lines_and_points"),
-    **dict.fromkeys(("files_of", "is_of_maps", "read_areas", "read_regions", "read_shapes"), "formats"),
+    **dict.fromkeys(("files_of", "is_of_maps", "read_areas", "read_content", "read_regions", "read_shapes"), "formats"),
     **dict.fromkeys(("is_straight", "united"), "regions"),
 }
 

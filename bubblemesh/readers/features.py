@@ -16,9 +16,7 @@ from bubblemesh.errors import BubblemeshError, CaseError
 from bubblemesh.files import FORBIDDEN, is_writable
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.paths import Area, Point, Ring
-from bubblemesh.geometry.projecting import projected_system
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
-from bubblemesh.geometry.systems import LARGEST_PLACE, are_off_the_earth
 from bubblemesh.messages import cause, place
 from bubblemesh.process.shared import warnings_are
 from bubblemesh.readers.slips import Slips, clean_loop, has_slips
@@ -147,7 +145,7 @@ def vertices_of(features: Iterable[Feature]) -> Floats:
 
 
 def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list[Point]:
-    """The points as pairs of numbers, without z; CaseError if one is not finite, or with a crs is no place at all."""
+    """The points as pairs of numbers, without z; CaseError if a coordinate is not a finite number."""
     try:
         array = _pairs(points)
     except (TypeError, ValueError, LookupError, OverflowError):
@@ -156,30 +154,7 @@ def finite_points(points: Sequence[Sequence[float]] | Floats, name: str) -> list
     if len(bad):
         where, most = f"point {bad[0] + 1} at {place(array[bad[0]])}", f"{LARGEST_NUMBER:g}"
         raise CaseError(f"{name}: {where}: coordinates must be finite and at most {most}")
-    off = np.flatnonzero((np.abs(array) > LARGEST_PLACE).any(axis=1)) if projected_system() is not None else bad
-    if len(off):
-        raise CaseError(f"{name}: point {off[0] + 1} at {_pair(array[off[0]])} is no place on the earth: correct it")
     return list(map(tuple, array.tolist()))
-
-
-def require_on_the_earth(features: Sequence[Feature]) -> None:
-    """Check that all points are longitudes and latitudes; CaseError with the feature and the vertex if not."""
-    if not are_off_the_earth(vertices_of(features)).any():
-        return
-    for one in features:
-        points = vertices_of([one])
-        bad = np.flatnonzero(are_off_the_earth(points))
-        if len(bad):
-            raise CaseError(
-                f"{one.name}: vertex {bad[0] + 1} at {_pair(points[bad[0]])} is no longitude and latitude: correct it, "
-                "or crs.from if all are metres"
-            )
-
-
-def _pair(point: Floats) -> str:
-    """Text of a point that is no place on the earth, as it is given."""
-    x, y = point.tolist()
-    return f"({x:g}, {y:g})"
 
 
 def _pairs(points: Sequence[Sequence[float]] | Floats) -> Floats:

@@ -7,23 +7,24 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bubblemesh.errors import CaseError, FileError, prefixed
 from bubblemesh.files import beside, local_copy, require_readable
+from bubblemesh.geometry.map_projection import UNPROJECTED, MapProjection
 from bubblemesh.geometry.paths import Area, Point, Ring
-from bubblemesh.geometry.projecting import projected_point, projected_system
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, given_coordinates, shown, tell_places_of
 from bubblemesh.readers.areas import areas_by_nesting, chosen_areas
+from bubblemesh.readers.contents import parsed_once
 from bubblemesh.readers.degrees import degrees_notes
 from bubblemesh.readers.features import Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.outlines import bounding, joining_of
 from bubblemesh.readers.projection import projected_features
 from bubblemesh.readers.regions import OF_ANY_FEATURE, largest_by_name, named_areas, named_points
-from bubblemesh.readers.selection import METRES, Selection
+from bubblemesh.readers.selection import METRES, Purpose, Selection
 
 
 class GeometryFormat(NamedTuple):
@@ -107,14 +108,14 @@ class Chosen(NamedTuple):
     factor: float  # from the file's lengths to the case's
 
 
-def read_areas(path: Path, selection: Selection) -> list[Area]:
+def read_areas(path: Path, selection: Selection, projection: MapProjection = UNPROJECTED) -> list[Area]:
     """The area of a file, by the nesting of its rings, or the areas in the selection's part, the largest first.
 
     The first ring has the notes on the whole file. FileError, CaseError or GeometryError with the file and the feature,
     point or line.
     """
     with prefixed(path):
-        chosen = _chosen(path, selection, is_map=is_of_maps(path))
+        chosen = _chosen(path, selection, projection, is_map=is_of_maps(path))
         areas = areas_by_nesting(chosen.areas, chosen.loose, chosen.hole_points)
         part = selection.part
         if selection.repair is not None:
@@ -124,14 +125,16 @@ def read_areas(path: Path, selection: Selection) -> list[Area]:
     return _finished(path, chosen.factor, areas, chosen.notes)
 
 
-def read_shapes(path: Path, selection: Selection, united: bool = False, nested: bool = True) -> list[Area]:
+def read_shapes(
+    path: Path, selection: Selection, projection: MapProjection = UNPROJECTED, united: bool = False, nested: bool = True
+) -> list[Area]:
     """Areas and closed rings of a file, nested or not, or those in the selection's part.
 
     A repair mends each by itself; with ``united`` those that overlap become one, after they have nested if they are
     ``nested``. The first ring has the notes on the whole file; the same errors as `read_areas`.
     """
     with prefixed(path):
-        chosen = _chosen(path, selection)
+        chosen = _chosen(path, selection, projection)
         areas = [*chosen.areas, *map(Area, chosen.loose)]
         repair = selection.repair
         if repair is not None and united and repair.mend:
@@ -144,7 +147,12 @@ def read_shapes(path: Path, selection: Selection, united: bool = False, nested: 
 
 
 def read_regions(
-    path: Path, selection: Selection, key: str, limits: bool = True, ordered: bool = False
+    path: Path,
+    selection: Selection,
+    key: str,
+    projection: MapProjection = UNPROJECTED,
+    limits: bool = True,
+    ordered: bool = False,
 ) -> list[Area] | list[RegionPoint]:
     """Areas of a file whose features share borders, named by their property ``key``, or by their layer for "layer".
 
@@ -162,8 +170,8 @@ def read_regions(
         content = read_content(path, selection, "points")  # a ring in a list of points would have no name
         if key not in OF_ANY_FEATURE:
             content.require_properties()
-        features = projected_features(path, content, selection)
-        size, size_notes = _measured(content, features, selection)
+        features = projected_features(path, content, selection, projection)
+        size, size_notes = _measured(content, features, selection, projection)
         points = named_points(features, key)
         if points:
             factor, notes = selection.factor(content), [*content.notes, *size_notes]
@@ -195,11 +203,11 @@ def files_of(path: Path) -> list[Path]:
     return [path, *beside(path, () if known is None else known.beside)]
 
 
-def _chosen(path: Path, selection: Selection, is_map: bool = False) -> Chosen:
+def _chosen(path: Path, selection: Selection, projection: MapProjection, is_map: bool = False) -> Chosen:
     """Part of a file that the selection takes, with curves that meet joined into rings; ``is_map`` for its notes."""
     content = read_content(path, selection)
-    features = projected_features(path, content, selection)
-    size, size_notes = _measured(content, features, selection, is_map)
+    features = projected_features(path, content, selection, projection)
+    size, size_notes = _measured(content, features, selection, projection, is_map)
     found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
     notes = [*content.notes, *found.notes, *size_notes]
@@ -208,12 +216,16 @@ def _chosen(path: Path, selection: Selection, is_map: bool = False) -> Chosen:
             f"join: {selection.join:g} does nothing here, as it is for ends of lines, and there are only polygons: "
             f"repair: {{gap: {selection.join:g}}} closes gaps between these"
         )
-    holes = None if content.hole_points is None else tuple(map(projected_point, content.hole_points))
+    holes = None if content.hole_points is None else tuple(map(projection.point, content.hole_points))
     return Chosen(areas, found.loose, holes, notes, selection.factor(content))
 
 
 def _measured(
-    content: FeatureCollection, features: Sequence[Feature], selection: Selection, is_map: bool = False
+    content: FeatureCollection,
+    features: Sequence[Feature],
+    selection: Selection,
+    projection: MapProjection,
+    is_map: bool = False,
 ) -> tuple[float, list[str]]:
     """Size of the features, by which messages round places from now on, and notes on their unit.
 
@@ -222,7 +234,7 @@ def _measured(
     points = vertices_of(features)
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     tell_places_of(size)
-    degrees = content.degrees if projected_system() is None else False
+    degrees = content.degrees if projection.system is None else False
     return size, [*degrees_notes(points, degrees, is_map), *length_notes(content, selection)]
 
 
@@ -238,9 +250,7 @@ def length_notes(content: FeatureCollection, selection: Selection) -> Iterator[s
 
 
 @given_coordinates()
-def read_content(
-    path: Path, selection: Selection, purpose: Literal["rings", "lines", "points"] = "rings"
-) -> FeatureCollection:
+def read_content(path: Path, selection: Selection, purpose: Purpose = "rings") -> FeatureCollection:
     """Content of a file; the purpose decides how lists of points are read. FileError or CaseError."""
     known = FORMATS.get(path.suffix.lower())
     if known is None:
@@ -263,7 +273,8 @@ def read_content(
     if known.one_layer and len(selection.layers) > 1:
         raise CaseError("one layer of such a file can be read: give one")
     layer = [next(iter(selection.layers), None)] if known.one_layer else []
-    return read(path, *([selection] if known.selects else []), *layer)
+    arguments = [*([selection] if known.selects else []), *layer]
+    return parsed_once((path, read_as, selection.layers, repr(selection.feature)), lambda: read(path, *arguments))
 
 
 def _finished(path: Path, factor: float, areas: Sequence[Area], notes: Iterable[str]) -> list[Area]:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.geometry import rings
+from bubblemesh.geometry.map_projection import UNPROJECTED, MapProjection
 from bubblemesh.geometry.paths import OpenPath, Point
 from bubblemesh.geometry.similarity import Similarity
 from bubblemesh.messages import counted, meant, place
@@ -31,14 +32,14 @@ class FilePoint(NamedTuple):
     label: str | None
 
 
-def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
+def read_lines(path: Path, selection: Selection, projection: MapProjection = UNPROJECTED) -> list[OpenPath]:
     """Lines of a file, and the sides of its rings and areas; the first has the notes on the whole file.
 
     Sides have the labels of the file, lines have no label. FileError, CaseError or GeometryError with the file.
     """
     with prefixed(path):
         content = read_content(path, selection, "lines")
-        features, clips = clipped(projected_features(path, content, selection), Joining(selection.join))
+        features, clips = clipped(projected_features(path, content, selection, projection), Joining(selection.join))
         used = _first_with(features, lambda one: one.bounds)
         curves, slips = without_copies([curve for one in used for curve in one.curves])
         found = []
@@ -64,14 +65,14 @@ def read_lines(path: Path, selection: Selection) -> list[OpenPath]:
     return [_finished(line, path, factor, notes if k == 0 else ()) for k, line in enumerate(found)]
 
 
-def read_inner_lines(path: Path, selection: Selection) -> list[OpenPath]:
+def read_inner_lines(path: Path, selection: Selection, projection: MapProjection = UNPROJECTED) -> list[OpenPath]:
     """Lines within the domain that a file describes, if its format has such lines."""
     known = FORMATS.get(path.suffix.lower())
     if known is None or not known.has_inner_lines or selection.feature is not None:
         return []
     with prefixed(path):
         content = read_content(path, selection)
-        features = projected_features(path, content, selection)
+        features = projected_features(path, content, selection, projection)
     curves = [curve for one in features if one.spare == INNER for curve in one.curves]
     return [_finished(_line(curve), path, selection.factor(content), ()) for curve in curves]
 
@@ -87,7 +88,9 @@ def _finished(line: OpenPath, path: Path, factor: float, notes: Sequence[str]) -
     return replace(line.moved(Similarity.of(scale=factor)), notes=named, origin=origin)
 
 
-def read_points(path: Path, selection: Selection, name: str | None) -> tuple[list[FilePoint], tuple[str, ...]]:
+def read_points(
+    path: Path, selection: Selection, name: str | None, projection: MapProjection = UNPROJECTED
+) -> tuple[list[FilePoint], tuple[str, ...]]:
     """Points of a file, each place once, and notes.
 
     Their labels are the values of the property or column ``name``; by default those of ``label``, else of ``name``.
@@ -95,7 +98,7 @@ def read_points(path: Path, selection: Selection, name: str | None) -> tuple[lis
     """
     with prefixed(path):
         content = read_content(path, selection, "points")
-        features, clips = clipped(projected_features(path, content, selection), Joining(selection.join))
+        features, clips = clipped(projected_features(path, content, selection, projection), Joining(selection.join))
         used = _first_with(features, lambda one: bool(one.points))
         if not any(one.points for one in used):
             more = ", as no drawing in SVG has" if path.suffix.lower() == ".svg" else ""

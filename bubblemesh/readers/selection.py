@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # a case is checked without the libraries that geometry needs
 Unit = Literal["m", "km", "cm", "mm", "um", "nm", "in", "ft", "mil"]
 PartChoice = int | Literal["largest", "all"]
 Open = Literal["skip"]
+Purpose = Literal["rings", "lines", "points"]
 METRES: dict[Unit, float] = {
     "m": 1.0,
     "km": 1e3,

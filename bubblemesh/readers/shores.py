@@ -11,18 +11,19 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.nesting import polygons_of
-from bubblemesh.geometry.projecting import projected_system
-from bubblemesh.geometry.systems import full_turn, require_system
+from bubblemesh.geometry.systems import full_turn
 from bubblemesh.geometry.validity import fault_place
 from bubblemesh.messages import counted, extent
-from bubblemesh.readers.features import Feature, require_on_the_earth, vertices_of
+from bubblemesh.readers.features import Feature, vertices_of
 from bubblemesh.readers.formats import read_content
+from bubblemesh.readers.projection import require_places
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.shore_lines import given_place, left_of, shore_lines
 
 Box = tuple[float, float, float, float]
 Shapes = NDArray[np.object_]
 Notes = tuple[str, ...]
+Kind = Literal["land", "sea", "lines"]
 ON_SIDE = 2e-6  # of the box's size: ends nearer to a side are on it, and shapes nearer to each other meet
 
 
@@ -34,7 +35,7 @@ class Faces(NamedTuple):
     notes: tuple[str, ...]
 
 
-def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, box: Box) -> Faces:
+def land_in(path: Path, of: Kind, layer: str | None, box: Box, system: str | None = None) -> Faces:
     """Polygons of a file in a box (x0, y0, x1, y1); ends that are nearly on a side of the box are moved onto it.
 
     Longitudes may differ from those of the box by whole turns. Lines are closed along the box; a box without lines is
@@ -43,12 +44,9 @@ def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, 
     selection = Selection(() if layer is None else (layer,))
     content = read_content(path, selection, "lines" if of == "lines" else "rings")
     features = selection.of(content.features)
-    if (system := projected_system()) is not None:
-        require_system(system, content.system, content.degrees, vertices_of(features))
-    if content.degrees or full_turn(system) is not None:
-        require_on_the_earth(features)
+    require_places(features, content, system)
     frame = shapely.box(*box)
-    found, notes = _left_of(features, box, frame) if of == "lines" else _areas(features, box, frame)
+    found, notes = (_left_of if of == "lines" else _areas)(features, box, full_turn(system))
     shore = shapely.union_all([shape.boundary for shape in found])
     if not shapely.relate_pattern(shore, frame, "T********"):
         extents = extent(box), extent(shapely.total_bounds(shapely.multipoints(vertices_of(features))).tolist())
@@ -56,28 +54,28 @@ def land_in(path: Path, of: Literal["land", "sea", "lines"], layer: str | None, 
     return Faces(found, of == "sea", (*content.notes, *notes))
 
 
-def _left_of(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tuple[list[shapely.Polygon], Notes]:
+def _left_of(features: Sequence[Feature], box: Box, turn: float | None) -> tuple[list[shapely.Polygon], Notes]:
     """Polygons of the land on the left of lines, and notes."""
     lines = shore_lines(features)
     made = np.array([shapely.LineString(line.points) for line in lines], dtype=object)
-    number, turned = _near(made, frame)
+    number, turned = _near(made, box, turn)
     if len(turned) == 0:
         return [], ()
-    turned = shapely.transform(turned, lambda points: _on_sides(points, box))
+    turned, frame = shapely.transform(turned, lambda points: _on_sides(points, box)), shapely.box(*box)
     cut = shapely.transform(shapely.intersection(turned, frame), lambda points: _on_sides(points, box))
     moved = [lines[k]._replace(points=shapely.get_coordinates(line)) for k, line in zip(number, turned, strict=True)]
     return left_of(moved, shapely.union_all(cut), frame)
 
 
-def _areas(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tuple[list[shapely.Polygon], Notes]:
-    """Polygons of features in the frame, without gaps of rounding between them, and notes."""
+def _areas(features: Sequence[Feature], box: Box, turn: float | None) -> tuple[list[shapely.Polygon], Notes]:
+    """Polygons of features in the box, without gaps of rounding between them, and notes."""
     shapes = np.array(_shapes(features), dtype=object)
     if len(shapes) == 0:
         raise CaseError("has no areas: give polygons, or say of: lines")
-    _, turned = _near(shapes, frame)
+    _, turned = _near(shapes, box, turn)
     faulty = turned[~shapely.is_valid(turned)]
     ending = shapely.transform(turned, lambda points: _on_sides(points, box))
-    cut = shapely.intersection(shapely.make_valid(ending), frame)
+    cut = shapely.intersection(shapely.make_valid(ending), shapely.box(*box))
     mended: Notes = ()
     if len(faulty):
         where = given_place(fault_place(faulty[0]))
@@ -86,12 +84,11 @@ def _areas(features: Sequence[Feature], box: Box, frame: shapely.Polygon) -> tup
     return joined, (*mended, *more)
 
 
-def _near(shapes: Shapes, frame: shapely.Polygon) -> tuple[Integers, Shapes]:
-    """Numbers (k,) of the shapes whose extents meet a frame, and these shapes, moved by whole turns of longitude."""
-    turn = full_turn(projected_system())
+def _near(shapes: Shapes, box: Box, turn: float | None) -> tuple[Integers, Shapes]:
+    """Numbers (k,) of the shapes whose extents meet a box, and these shapes, moved by whole turns of longitude."""
     numbers = list[Integers]()
     moved = list[Shapes]()
-    x0, y0, x1, y1 = frame.bounds
+    x0, y0, x1, y1 = box
     for shift in (0.0,) if turn is None else (0.0, -turn, turn):
         left, low, right, high = (shapely.bounds(shapes) + np.array([shift, 0, shift, 0])).T
         near = ON_SIDE * max(x1 - x0, y1 - y0)

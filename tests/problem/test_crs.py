@@ -16,7 +16,6 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.paths import Line, Polyline
 from bubblemesh.geometry.plane import BENT, Plane
-from bubblemesh.geometry.projecting import Projecting
 from bubblemesh.geometry.rings import circle, polygon
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.problem.domain import case_domain
@@ -581,9 +580,8 @@ def test_what_no_plane_is_for_is_refused(keys, crs, message, in_folder):
 
 
 def test_curves_cannot_be_projected():
-    by = Projecting("EPSG:4326", None).plane_for(np.array([[1.0, 50]]))
     with pytest.raises(CaseError, match="a side is a curve"):
-        by.ring(circle((1, 50), 0.1))
+        Plane("EPSG:4326", None, (1.0, 50.0)).ring(circle((1, 50), 0.1))
 
 
 def test_the_date_line_may_be_crossed_by_continuous_longitudes():

@@ -7,7 +7,6 @@ import pytest
 import shapely
 
 from bubblemesh.errors import CaseError
-from bubblemesh.geometry.projecting import Projecting, projecting
 from bubblemesh.readers.shores import land_in
 
 
@@ -19,8 +18,7 @@ def land(tmp_path):
         features = [{"type": "Feature", "properties": {}, "geometry": shapely.geometry.mapping(one)} for one in shapes]
         path = tmp_path / "s.geojson"
         path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
-        with projecting(None if crs is None else Projecting(crs, None)):
-            faces = land_in(path, of, None, tuple(box))
+        faces = land_in(path, of, None, tuple(box), crs)
         return shapely.union_all(faces.shapes), faces.notes
 
     return found
@@ -103,8 +101,12 @@ def test_metres_have_no_turns(land):
 @pytest.mark.parametrize(
     ("crs", "bad", "message"),
     [
-        ("EPSG:4326", (1e30, 50.5), r"feature 1: point 3 at \(1e\+30, 50.5\) is no place on the earth: correct it"),
-        ("EPSG:25832", (1, 1e30), r"feature 1: point 3 at \(1, 1e\+30\) is no place on the earth: correct it"),
+        (
+            "EPSG:4326",
+            (1e30, 50.5),
+            r"feature 1: \(1e\+30, 50.5\) is no longitude and latitude: correct it, or crs.from",
+        ),
+        ("EPSG:25832", (1, 1e30), r"feature 1: \(1, 1e\+30\) is no place on the earth: correct it"),
         ("EPSG:4326", (1.2, 150.5), r"feature 1: vertex 3 at \(1.2, 150.5\) is no longitude and latitude: correct it"),
         ("EPSG:4326", (1000, 50.5), r"feature 1: vertex 3 at \(1000, 50.5\) is no longitude and latitude: correct it"),
     ],

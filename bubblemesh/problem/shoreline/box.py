@@ -11,8 +11,8 @@ import shapely
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.case.domain import ShoreDomain
 from bubblemesh.errors import GeometryError, prefixed
+from bubblemesh.geometry.map_projection import UNPROJECTED, MapProjection
 from bubblemesh.geometry.nesting import polygons_of
-from bubblemesh.geometry.projecting import given_plane, projected, projected_line
 from bubblemesh.messages import counted
 from bubblemesh.readers.shores import ON_SIDE, land_in
 
@@ -25,10 +25,11 @@ class Sea(NamedTuple):
 
     parts: list[shapely.Polygon]
     sides: tuple[Floats, ...]
+    in_metres: bool  # whether coordinates are places on the earth
     notes: tuple[str, ...]
 
 
-def sea_in_box(keys: ShoreDomain) -> Sea:
+def sea_in_box(keys: ShoreDomain, projection: MapProjection = UNPROJECTED) -> Sea:
     """The sea in the box of a domain, with all detail; errors have the file.
 
     Parts without an open side, which no tide reaches, and what is smaller than the smallest area are left out.
@@ -36,38 +37,39 @@ def sea_in_box(keys: ShoreDomain) -> Sea:
     x0, y0, x1, y1 = keys.box
     corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
     step = max(x1 - x0, y1 - y0) / PARTS_OF_SIDES
-    around = shapely.transform(shapely.segmentize(shapely.MultiLineString(list(pairwise(corners))), step), projected)
+    lines = shapely.segmentize(shapely.MultiLineString(list(pairwise(corners))), step)
+    around = shapely.transform(lines, projection.points)
     straight = STRAIGHT * max(np.ptp(np.array(around.bounds).reshape(2, 2), axis=0))
     sides = tuple(map(shapely.get_coordinates, shapely.get_parts(shapely.simplify(around, straight))))
     shore = keys.shoreline
     with prefixed(shore.file):
-        faces = land_in(Path(shore.file), shore.of, shore.layer, keys.box)
+        faces = land_in(Path(shore.file), shore.of, shore.layer, keys.box, projection.system)
         # Cut where the sides of the box are straight still, so that land which ends on one has no sea beside it.
         frame = shapely.segmentize(shapely.box(*keys.box), step)
         shape = shapely.union_all(faces.shapes)
         sea = frame.intersection(shape) if faces.of_sea else frame.difference(shape)
-        parts = [valid for part in polygons_of(sea) for valid in polygons_of(shapely.make_valid(_in_plane(part)))]
+        projected = (shapely.make_valid(_projected(part, projection)) for part in polygons_of(sea))
+        parts = [valid for shape in projected for valid in polygons_of(shape)]
         advice = "make the box smaller" if parts else "correct the box"
         if not faces.of_sea:
             advice += ", or say of: sea if the shapes are water"
-        simplified = shapely.simplify(shapely.MultiPolygon(parts), straight)
-        return open_sea(simplified, sides, shore.smallest or 0.0, faces.notes, advice)
+        simplified = polygons_of(shapely.simplify(shapely.MultiPolygon(parts), straight))
+        whole = Sea(simplified, sides, projection.plane is not None, faces.notes)
+        return open_sea(whole, shore.smallest or 0.0, advice)
 
 
-def _in_plane(part: shapely.Polygon) -> shapely.Polygon:
+def _projected(part: shapely.Polygon, projection: MapProjection) -> shapely.Polygon:
     """A part of the sea in the plane, with more points on sides that are not straight there."""
-    around, *islands = (projected_line(shapely.get_coordinates(ring))[0] for ring in (part.exterior, *part.interiors))
+    around, *islands = (projection.line(shapely.get_coordinates(ring))[0] for ring in (part.exterior, *part.interiors))
     return shapely.Polygon(around, islands)
 
 
-def open_sea(
-    sea: shapely.Geometry, sides: Sequence[Floats], smallest: float, given_notes: Sequence[str], advice: str
-) -> Sea:
+def open_sea(sea: Sea, smallest: float, advice: str) -> Sea:
     """Parts of the sea that are open and large, without small islands; GeometryError, with the advice, if none is."""
-    found, notes = polygons_of(sea), list(given_notes)
-    rim = shapely.MultiLineString([shapely.LineString(side) for side in sides])
-    size = box_size(sides)
-    area = _area(smallest)
+    found, notes = sea.parts, list(sea.notes)
+    rim = shapely.MultiLineString([shapely.LineString(side) for side in sea.sides])
+    size = box_size(sea.sides)
+    area = _area(smallest, sea.in_metres)
     opened = [part for part in found if part.boundary.intersection(rim.buffer(ON_SIDE * size)).length > 1e-3 * size]
     closed = len(found) - len(opened)
     if closed:
@@ -85,12 +87,12 @@ def open_sea(
     if dropped:
         notes.append(f"{counted(dropped, 'island')} smaller than {area} left out")
     parts = [shapely.Polygon(part.exterior, kept) for part, kept in zip(large, holes, strict=True)]
-    return Sea(sorted(parts, key=lambda part: -part.area), tuple(sides), tuple(notes))
+    return sea._replace(parts=sorted(parts, key=lambda part: -part.area), notes=tuple(notes))
 
 
-def _area(value: float) -> str:
-    """An area as messages write it, with a unit where coordinates are places on the earth."""
-    if given_plane() is None:
+def _area(value: float, in_metres: bool) -> str:
+    """An area as messages write it, with a unit if it has one."""
+    if not in_metres:
         return f"{value:.6g}"
     return f"{value / 1e6:.6g} km2" if value >= 1e4 else f"{value:.6g} m2"
 

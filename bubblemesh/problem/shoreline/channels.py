@@ -45,7 +45,8 @@ def without_narrow(sea: Sea, spacing: SpacingAt, narrowest: float, smallest: flo
     )
     parts_closed = counted(len(apart) + len(narrow), "part")
     closed = f"{parts_closed} of the sea closed, narrower than {narrowest:g} spacings there"
-    return open_sea(cut, sea.sides, smallest, (*sea.notes, closed), f"ask for less than narrowest: {narrowest:g}")
+    wide_sea = sea._replace(parts=polygons_of(cut), notes=(*sea.notes, closed))
+    return open_sea(wide_sea, smallest, f"ask for less than narrowest: {narrowest:g}")
 
 
 def _grown(shape: shapely.Geometry, radius: SpacingAt) -> shapely.Geometry:
