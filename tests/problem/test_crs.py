@@ -3,6 +3,7 @@
 import json
 import pickle
 import re
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from bubblemesh.geometry.rings import circle, polygon
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.projection import projection_of
+from bubblemesh.readers import simple_features
 from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.spacing.quantities import value_of
 
@@ -313,6 +316,63 @@ def test_sides_that_no_vertex_lies_on_get_none():
     middle = {"outer": LAND, "points": [{"at": [8, 47.5]}]}  # the sides to the west and east hardly bend
     assert len(case_domain(case({"outer": LAND})).boundary.corners) == 4
     assert len(case_domain(case(middle)).boundary.corners) == 5
+
+
+def test_vertices_on_short_sides_of_what_is_cut_are_nodes_of_both():
+    wide = {"polygon": [[0, 40], [20, 40], [20, 55], [0, 55]]}
+    keys = {
+        "outer": {"intersection": [wide, {"rectangle": [9, 47.9, 9.1, 48]}]},
+        "lines": [
+            {"path": [[9.03, 47.95], [9.031, 47.951]], "label": "short"},
+            {"path": [[9.0305, 47.9505], [9.05, 47.94]], "label": "end"},
+        ],
+    }
+    lines = {line.label: line for line in case_domain(case(keys)).parts.lines}
+    assert lines["end"].vertices[0] in lines["short"].vertices
+
+
+@pytest.mark.parametrize(
+    ("keys", "middle"),
+    [
+        ({"points": [{"at": [9.9, 47.9]}], "outer": LAND}, (9, 47.5)),
+        ({"outer": [{"circle": {"center": [8.5, 47.25], "radius": "9 km"}}, LAND]}, (8.5, 47.25)),
+        ({"outer": {"path": [[8, 47], [10, 47], [10, 48]]}}, (8, 47)),
+        ({"file": "land.geojson", "lines": [LEVEE]}, (9, 47.5)),
+        ({"regions": [{"name": "a", "at": [8.5, 47.25]}, {"file": "land.geojson", "name": "name"}]}, (8.5, 47.25)),
+    ],
+    ids=["outer", "circle", "path", "file", "regions"],
+)
+def test_the_plane_is_about_the_first_of_what_the_domain_is_made_of(keys, middle, in_folder):
+    feature_file(in_folder / "land.geojson", "Polygon", [[8, 47], [10, 47], [10, 48], [8, 48], [8, 47]])
+    found = case(keys)
+    assert projection_of(found.domain, found.crs).plane.middle == middle
+
+
+def test_vertices_of_files_are_nodes_of_the_sides_that_they_lie_on(in_folder):
+    feature_file(in_folder / "land.geojson", "Polygon", [[8, 47], [10, 47], [10, 48], [8, 48], [8, 47]])
+    (in_folder / "line.csv").write_text("9.15,47.5\n9.15,48\n9.4,47.6\n")
+    (in_folder / "points.csv").write_text("9.6,48\n9.7,47\n9.8,47.5\n")
+    keys = {"file": "land.geojson", "label": "rim", "lines": [{"file": "line.csv"}], "points": [{"file": "points.csv"}]}
+    domain = case_domain(case(keys))
+    corners = set(map(tuple, domain.plane.given(domain.boundary.corners).round(9).tolist()))
+    assert {(9.15, 48), (9.6, 48), (9.7, 47)} <= corners
+
+
+@pytest.mark.parametrize(
+    ("corners", "lines", "ends"),
+    [
+        ([[8, 47], [10, 47], [10, 48], [8, 48]], [LEVEE], nullcontext()),
+        ([[8, 47], [10, 48], [10, 47], [8, 48]], [], pytest.raises(GeometryError, match="in domain mends it")),
+    ],
+    ids=["a line on a side", "invalid"],
+)
+def test_a_file_is_parsed_once(corners, lines, ends, in_folder, monkeypatch):
+    feature_file(in_folder / "land.geojson", "Polygon", [*corners, corners[0]])
+    parsed, parse = [], simple_features.read_geojson
+    monkeypatch.setattr(simple_features, "read_geojson", lambda *given: parsed.append(given) or parse(*given))
+    with ends:
+        case_domain(case({"file": "land.geojson", "lines": lines}))
+    assert len(parsed) == 1
 
 
 def feature_file(path, kind, points, system=None):
