@@ -350,8 +350,8 @@ def test_the_plane_is_about_the_first_of_what_the_domain_is_made_of(keys, middle
 
 def test_vertices_of_files_are_nodes_of_the_sides_that_they_lie_on(in_folder):
     feature_file(in_folder / "land.geojson", "Polygon", [[8, 47], [10, 47], [10, 48], [8, 48], [8, 47]])
-    (in_folder / "line.csv").write_text("9.15,47.5\n9.15,48\n9.4,47.6\n")
-    (in_folder / "points.csv").write_text("9.6,48\n9.7,47\n9.8,47.5\n")
+    (in_folder / "line.csv").write_text("9.15,47.5\n9.15,48\n")
+    (in_folder / "points.csv").write_text("x,y,name\n9.6,48,a\n9.7,47,b\n")
     keys = {"file": "land.geojson", "label": "rim", "lines": [{"file": "line.csv"}], "points": [{"file": "points.csv"}]}
     domain = case_domain(case(keys))
     corners = set(map(tuple, domain.plane.given(domain.boundary.corners).round(9).tolist()))
