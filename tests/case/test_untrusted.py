@@ -155,11 +155,11 @@ def test_libraries_are_given_copies_of_the_files_that_were_checked(stranger, mon
     (stranger / "case.yaml").write_text("domain: {file: data/ring.csv}\nspacing: 0.4\n")
     read, seen = readers.read_areas, []
 
-    def late(path, selection):
+    def late(path, *more):
         (stranger / "data/ring.csv").unlink()
         (stranger / "data/ring.csv").symlink_to("../../mine/points.csv")
         seen.append(path)
-        return read(path, selection)
+        return read(path, *more)
 
     monkeypatch.setattr(readers, "read_areas", late)
     problem = prepare(bubblemesh.load_case("theirs/case.yaml", untrusted=True))
