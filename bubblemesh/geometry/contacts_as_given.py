@@ -11,7 +11,8 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers, different_rows
+from bubblemesh.arrays import Booleans, Floats, Integers, different_rows
+from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.paths import Line, Point, Ring, Side, as_point
 from bubblemesh.records import record
 
@@ -49,15 +50,19 @@ class Contacts:
 NO_CONTACTS = Contacts({})
 
 
-def contacts_between(starts: Floats, ends: Floats, points: Floats, tolerance: float) -> Contacts:
-    """Those of the points (n, 2) that are within a tolerance of the sides from starts (m, 2) to ends (m, 2).
+def contacts_between(sides: Floats, points: Floats) -> Contacts:
+    """Those of the points (n, 2) that lie on straight sides (m, 2, 2), whose ends are among them, but for rounding.
 
     Points that are as near to an end of the side, or to another one that is on it, are left out.
     """
-    sides, _ = different_rows(np.column_stack([starts, ends]))
-    starts, ends = sides[:, :2], sides[:, 2:]
+    if len(sides) == 0:
+        return NO_CONTACTS
+    extent, largest = np.ptp(sides, axis=(0, 1)).max(), np.abs(sides).max()
+    tolerance = max(TOUCHING * float(extent), ROUNDINGS * float(np.spacing(largest)))
     points, _ = different_rows(points)
-    lines = shapely.STRtree(shapely.linestrings(np.stack([starts, ends], axis=1)))
+    rows, _ = different_rows(sides[_may_have(points, sides, tolerance)].reshape(-1, 4))
+    starts, ends = rows[:, :2], rows[:, 2:]
+    lines = shapely.STRtree(shapely.linestrings(rows.reshape(-1, 2, 2)))
     number, side = lines.query(shapely.points(points), predicate="dwithin", distance=tolerance)
     length = np.hypot(*(ends - starts).T)
     along = ((points[number] - starts[side]) * (ends - starts)[side]).sum(axis=1) / length[side]
@@ -70,3 +75,12 @@ def contacts_between(starts: Floats, ends: Floats, points: Floats, tolerance: fl
     for k, point in zip(side[~again].tolist(), points[number[~again]], strict=True):
         on.setdefault((as_point(starts[k]), as_point(ends[k])), []).append(as_point(point))
     return Contacts(on)
+
+
+def _may_have(points: Floats, sides: Floats, tolerance: float) -> Booleans:
+    """Mask (m,) of the sides (m, 2, 2) in whose circle is a third point beside the two ends: few, and soon found."""
+    from scipy.spatial import cKDTree  # takes longer to load than to read a small domain
+
+    middles, radii = sides.mean(axis=1), np.hypot(*(sides[:, 1] - sides[:, 0]).T) / 2
+    away, _ = cKDTree(points).query(middles, k=[3])
+    return np.asarray(away)[:, 0] <= radii + tolerance

@@ -3,8 +3,7 @@
 import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
-from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
-from bubblemesh.geometry.contacts_as_given import NO_CONTACTS, Contacts, contacts_between
+from bubblemesh.geometry.contacts_as_given import NO_CONTACTS, Contacts
 from bubblemesh.geometry.paths import Point, Ring, as_point
 from bubblemesh.geometry.plane import Plane
 from bubblemesh.records import record
@@ -60,17 +59,3 @@ class MapProjection:
 
 
 UNPROJECTED = MapProjection()
-
-
-def contacts_of(plane: Plane, sides: Floats, vertices: Floats) -> Contacts:
-    """Those of the given vertices (n, 2) that lie on straight sides (m, 2, 2) which the plane bends.
-
-    What is near enough depends on the size of all sides. The same errors as `Plane.to`.
-    """
-    if len(sides) == 0:
-        return NO_CONTACTS
-    starts, ends = sides[:, 0], sides[:, 1]
-    bent = plane.bows(starts, ends) > ROUNDINGS * np.spacing(plane.radius)
-    rounding = ROUNDINGS * float(np.spacing(np.abs(starts).max()))
-    tolerance = max(TOUCHING * float(np.ptp(starts, axis=0).max()), rounding)
-    return contacts_between(starts[bent], ends[bent], vertices, tolerance)

@@ -146,11 +146,6 @@ class Plane:
         along, pieces = self._along(points[:-1], points[1:])
         return np.vstack([along, self.to(points[-1:])]), np.repeat(np.arange(len(pieces)), pieces)
 
-    def bows(self, starts: Floats, ends: Floats) -> Floats:
-        """How far (n,) the middles of straight sides from starts (n, 2) to ends (n, 2) are from chords in the plane."""
-        first, last, middle = (self.to(points) for points in (starts, ends, (starts + ends) / 2))
-        return np.hypot(*(middle - (first + last) / 2).T)
-
     def _along(self, starts: Floats, ends: Floats) -> tuple[Floats, list[int]]:
         """Places in the plane of the starts (n, 2) of sides and of points that cut them, and pieces of each side."""
         first, last, middle = (self.to(points) for points in (starts, ends, (starts + ends) / 2))

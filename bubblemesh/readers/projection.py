@@ -36,21 +36,22 @@ def projected_features(
         return features
     if selection.factor(content) != 1:
         raise CaseError("units and scale are not for coordinates with a crs: leave them out")
-    require_places(features, content, projection.system)
-    projection.points(vertices_of(features))  # all at once: they are checked
+    points = vertices_of(features)
+    require_places(points, features, content, projection.system)
+    projection.points(points)  # all at once: they are checked
     return [_projected(one, projection) for one in features]
 
 
-def require_places(features: Sequence[Feature], content: FeatureCollection, system: str | None) -> None:
-    """Check that features of a file are places on the earth: in a system, or without one in degrees if it has these.
+def require_places(points: Floats, features: Sequence[Feature], content: FeatureCollection, system: str | None) -> None:
+    """Check that points (n, 2) of features are places on the earth: in a system, or else in degrees if a file says so.
 
     CaseError if the file is in another system, or with the feature that has a vertex which is no place.
     """
     if system is not None:
         _require_no_place_lost(features)
-        require_system(system, content.system, content.degrees, vertices_of(features))
+        require_system(system, content.system, content.degrees, points)
     degrees = bool(content.degrees) or full_turn(system) is not None
-    if (system is None and not degrees) or not are_off_the_earth(vertices_of(features), degrees).any():
+    if (system is None and not degrees) or not are_off_the_earth(points, degrees).any():
         return
     for one in features:
         points = vertices_of([one])

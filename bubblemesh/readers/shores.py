@@ -44,7 +44,7 @@ def land_in(path: Path, of: Kind, layer: str | None, box: Box, system: str | Non
     selection = Selection(() if layer is None else (layer,))
     content = read_content(path, selection, "lines" if of == "lines" else "rings")
     features = selection.of(content.features)
-    require_places(features, content, system)
+    require_places(vertices_of(features), features, content, system)
     frame = shapely.box(*box)
     found, notes = (_left_of if of == "lines" else _areas)(features, box, full_turn(system))
     shore = shapely.union_all([shape.boundary for shape in found])
