@@ -60,7 +60,10 @@ def contacts_between(sides: Floats, points: Floats) -> Contacts:
     extent, largest = np.ptp(sides, axis=(0, 1)).max(), np.abs(sides).max()
     tolerance = max(TOUCHING * float(extent), ROUNDINGS * float(np.spacing(largest)))
     points, _ = different_rows(points)
-    rows, _ = different_rows(sides[_may_have(points, sides, tolerance)].reshape(-1, 4))
+    sides = sides[_may_have(points, sides, tolerance)]
+    if len(sides) == 0:
+        return NO_CONTACTS
+    rows, _ = different_rows(sides.reshape(-1, 4))
     starts, ends = rows[:, :2], rows[:, 2:]
     lines = shapely.STRtree(shapely.linestrings(rows.reshape(-1, 2, 2)))
     number, side = lines.query(shapely.points(points), predicate="dwithin", distance=tolerance)

@@ -127,12 +127,10 @@ class Plane:
         """
         if not ring.sides or not all(isinstance(side.curve, Line) for side in ring.sides):
             raise CaseError("crs: a side is a curve, which cannot be projected: give straight sides")
-        starts = np.array(ring.vertices, float)
-        points, pieces = self._along(starts, np.roll(starts, -1, axis=0))
+        around, pieces = self._along(np.array([*ring.vertices, ring.vertices[0]], float))
         first = np.cumsum([0, *pieces])
-        vertices = list(map(as_point, points[first[:-1]]))
+        vertices = list(map(as_point, around[first[:-1]]))
         curves: list[Line | Polyline] = list(map(Line, vertices, [*vertices[1:], vertices[0]]))
-        around = np.vstack([points, points[:1]])
         for k in np.flatnonzero(np.array(pieces) > 1).tolist():
             curves[k] = Polyline(around[first[k] : first[k + 1] + 1])
         labels = [side.label for side in ring.sides]
@@ -143,20 +141,21 @@ class Plane:
 
         And the given side (m - 1,) that each of its sides is a part of.
         """
-        along, pieces = self._along(points[:-1], points[1:])
-        return np.vstack([along, self.to(points[-1:])]), np.repeat(np.arange(len(pieces)), pieces)
+        places, pieces = self._along(points)
+        return places, np.repeat(np.arange(len(pieces)), pieces)
 
-    def _along(self, starts: Floats, ends: Floats) -> tuple[Floats, list[int]]:
-        """Places in the plane of the starts (n, 2) of sides and of points that cut them, and pieces of each side."""
-        first, last, middle = (self.to(points) for points in (starts, ends, (starts + ends) / 2))
+    def _along(self, given: Floats) -> tuple[Floats, list[int]]:
+        """Places (m, 2) in the plane of points (n, 2) of a line and of those that cut its sides, and their pieces."""
+        ends, middle = self.to(given), self.to((given[:-1] + given[1:]) / 2)
+        first, last = ends[:-1], ends[1:]
         length = np.hypot(*(last - first).T)
         off = np.hypot(*(middle - (first + last) / 2).T)
         share = np.divide(off, length, out=np.zeros(len(off)), where=length > 0)
         pieces = np.clip(np.ceil(share / BENT), 1, PIECES).astype(np.int64)
-        side = np.repeat(np.arange(len(starts)), pieces)
+        side = np.repeat(np.arange(len(pieces)), pieces)
         number = np.arange(len(side)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
         t = (number / pieces[side])[:, None]
-        points = first[side]
+        places = first[side]
         within = number > 0
-        points[within] = self.to((1 - t[within]) * starts[side[within]] + t[within] * ends[side[within]])
-        return points, pieces.tolist()
+        places[within] = self.to((1 - t[within]) * given[:-1][side[within]] + t[within] * given[1:][side[within]])
+        return np.vstack([places, ends[-1:]]), pieces.tolist()
