@@ -9,17 +9,12 @@ import numpy as np
 from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError, prefixed
 from bubblemesh.geometry.map_projection import MapProjection
-from bubblemesh.geometry.paths import Point, as_point
+from bubblemesh.geometry.paths import as_point
 from bubblemesh.geometry.rings import LineTo
-from bubblemesh.geometry.systems import are_off_the_earth, full_turn, require_system
+from bubblemesh.geometry.systems import LARGEST_PLACE, are_off_the_earth, full_turn, require_system
 from bubblemesh.readers.features import CompoundCurve, Feature, FeatureCollection, vertices_of
 from bubblemesh.readers.selection import Selection
 from bubblemesh.readers.systems import require_one_system
-
-NO_PLACE = {
-    True: "no longitude and latitude: correct it, or crs.from if all are metres",
-    False: "no place on the earth: correct it",
-}
 
 
 def projected_features(
@@ -47,31 +42,21 @@ def require_places(points: Floats, features: Sequence[Feature], content: Feature
 
     CaseError if the file is in another system, or with the feature that has a vertex which is no place.
     """
-    if system is not None:
-        _require_no_place_lost(features)
-        require_system(system, content.system, content.degrees, points)
     degrees = bool(content.degrees) or full_turn(system) is not None
-    if (system is None and not degrees) or not are_off_the_earth(points, degrees).any():
+    if system is not None:
+        for one in features:  # beside a vertex that is very far away all others were one point
+            if one.slips.largest > LARGEST_PLACE:
+                raise CaseError(f"{one.name}: {one.slips.largest:g} is no coordinate on the earth: correct it")
+        require_system(system, content.system, content.degrees, points)
+    elif not degrees:
         return
-    for one in features:
-        points = vertices_of([one])
-        bad = np.flatnonzero(are_off_the_earth(points, degrees))
+    kind = "longitude and latitude: correct it, or crs.from if all are metres" if degrees else "place: correct it"
+    for one in features if are_off_the_earth(points, degrees).any() else ():
+        own = vertices_of([one])
+        bad = np.flatnonzero(are_off_the_earth(own, degrees))
         if len(bad):
-            raise CaseError(f"{one.name}: vertex {bad[0] + 1} at {_pair(points[bad[0]])} is {NO_PLACE[degrees]}")
-
-
-def _require_no_place_lost(features: Sequence[Feature]) -> None:
-    """Check rings that vertices were dropped from: if one is very far away, all others are one point beside it."""
-    for one in features:
-        farthest = one.slips.farthest
-        if farthest is not None and are_off_the_earth(np.array([farthest]), degrees=False).any():
-            raise CaseError(f"{one.name}: {_pair(farthest)} is {NO_PLACE[False]}")
-
-
-def _pair(point: Point | Floats) -> str:
-    """Text of a point that is no place on the earth, as it is given."""
-    x, y = point
-    return f"({x:g}, {y:g})"
+            x, y = own[bad[0]].tolist()
+            raise CaseError(f"{one.name}: vertex {bad[0] + 1} at ({x:g}, {y:g}) is no {kind}")
 
 
 def _projected(one: Feature, projection: MapProjection) -> Feature:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats
-from bubblemesh.geometry.paths import Point, as_point
+from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo, Piece, end_of
 from bubblemesh.messages import counted, place, with_labels
 from bubblemesh.records import record
@@ -26,15 +26,14 @@ class Slips:
     copies: int = 0  # curves given twice
     first: Point | None = None
     labels: tuple[str, ...] = ()  # of curves given twice, where the one that stays has another label
-    farthest: Point | None = None  # vertex of cleaned loops with the largest coordinate, which may be dropped itself
+    largest: float = 0.0  # coordinate of loops that something was dropped from
 
     def __add__(self, other: "Slips") -> "Slips":
         first = other.first if self.first is None else self.first
         doubles, spikes, flat = self.doubles + other.doubles, self.spikes + other.spikes, self.flat + other.flat
         labels = tuple(dict.fromkeys((*self.labels, *other.labels)))
-        both = filter(None, (self.farthest, other.farthest))
-        farthest = max(both, key=lambda point: max(map(abs, point)), default=None)
-        return Slips(doubles, spikes, flat, self.copies + other.copies, first, labels, farthest)
+        largest = max(self.largest, other.largest)
+        return Slips(doubles, spikes, flat, self.copies + other.copies, first, labels, largest)
 
     def moved(self, place_of: Callable[[Point], Point | None]) -> "Slips":
         """The slips with the place that a function gives for the first one, if it does."""
@@ -71,10 +70,10 @@ def clean_loop(start: Point, pieces: Sequence[Piece]) -> tuple[Point, list[Piece
         here = end_of(piece)
     loop.close()
     kept = [piece for _, piece in loop.pieces]
-    farthest = as_point(ends[np.abs(ends).max(axis=1).argmax()])
+    largest = float(np.abs(ends).max())
     if len(kept) < 3 and all(isinstance(piece, LineTo) for piece in kept):
-        return start, [], Slips(flat=1, first=start, farthest=farthest)
-    return loop.pieces[0][0], kept, replace(loop.slips, farthest=farthest)
+        return start, [], Slips(flat=1, first=start, largest=largest)
+    return loop.pieces[0][0], kept, replace(loop.slips, largest=largest)
 
 
 def has_slips(ends: Floats, straight: Booleans | bool = True) -> bool:
