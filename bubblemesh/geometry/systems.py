@@ -12,7 +12,7 @@ DEGREES = "EPSG:4326"
 NEAREST_POLE = 89.0  # degrees of latitude
 WIDEST = 180.0  # degrees of longitude
 HALF_TURN = 180.0
-LARGEST_PLACE = 1e9  # metres or feet: no system has larger coordinates of a place on the earth
+LARGEST_PLACE = 1e9  # coordinates of any system, degrees, metres or feet: larger ones are no place on the earth
 FARTHEST = 2 * HALF_TURN, 90.0  # degrees of longitude and latitude; maps across the date line go on beyond 180
 SAME_PLACE = 5.0  # metres, by which WGS 84, ETRS89 and NAD83 differ at most
 
@@ -72,11 +72,10 @@ def full_turn(system: str | None) -> float | None:
     return 2 * HALF_TURN if system is not None and known_system(system).is_geographic else None
 
 
-def are_off_the_earth(points: Floats, degrees: bool = True) -> Booleans:
-    """Mask (n,) of the points (n, 2) that are no places on the earth of any map, in degrees or in another unit."""
+def are_off_the_earth(points: Floats) -> Booleans:
+    """Mask (n,) of the points (n, 2) that are no longitudes and latitudes, in degrees, of any map."""
     x, y = np.abs(points).T
-    farthest = FARTHEST if degrees else (LARGEST_PLACE, LARGEST_PLACE)
-    return ~((x <= farthest[0]) & (y <= farthest[1]))
+    return ~((x <= FARTHEST[0]) & (y <= FARTHEST[1]))
 
 
 def require_degrees(points: Floats) -> None:

@@ -42,21 +42,29 @@ def require_places(points: Floats, features: Sequence[Feature], content: Feature
 
     CaseError if the file is in another system, or with the feature that has a vertex which is no place.
     """
-    degrees = bool(content.degrees) or full_turn(system) is not None
     if system is not None:
-        for one in features:  # beside a vertex that is very far away all others were one point
-            if one.slips.largest > LARGEST_PLACE:
-                raise CaseError(f"{one.name}: {one.slips.largest:g} is no coordinate on the earth: correct it")
+        _require_coordinates(points, features)
         require_system(system, content.system, content.degrees, points)
-    elif not degrees:
+    if not (content.degrees or full_turn(system)) or not are_off_the_earth(points).any():
         return
-    kind = "longitude and latitude: correct it, or crs.from if all are metres" if degrees else "place: correct it"
-    for one in features if are_off_the_earth(points, degrees).any() else ():
+    for one in features:
         own = vertices_of([one])
-        bad = np.flatnonzero(are_off_the_earth(own, degrees))
+        bad = np.flatnonzero(are_off_the_earth(own))
         if len(bad):
             x, y = own[bad[0]].tolist()
-            raise CaseError(f"{one.name}: vertex {bad[0] + 1} at ({x:g}, {y:g}) is no {kind}")
+            raise CaseError(
+                f"{one.name}: vertex {bad[0] + 1} at ({x:g}, {y:g}) is no longitude and latitude: correct it, or "
+                "crs.from if all are metres"
+            )
+
+
+def _require_coordinates(points: Floats, features: Sequence[Feature]) -> None:
+    """Check the coordinates of features, with those of vertices that a ring lost, as one far away is a spike."""
+    any_far = (np.abs(points) > LARGEST_PLACE).any()
+    for one in features:
+        largest = max(one.slips.largest, np.abs(vertices_of([one])).max(initial=0.0) if any_far else 0.0)
+        if largest > LARGEST_PLACE:
+            raise CaseError(f"{one.name}: {largest:g} is no coordinate on the earth: correct it")
 
 
 def _projected(one: Feature, projection: MapProjection) -> Feature:
