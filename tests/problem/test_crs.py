@@ -331,6 +331,17 @@ def test_vertices_on_short_sides_of_what_is_cut_are_nodes_of_both():
     assert lines["end"].vertices[0] in lines["short"].vertices
 
 
+def test_lines_in_the_sea_meet_where_they_do_as_given(in_folder):
+    feature_file(in_folder / "isle.geojson", "Polygon", [[1, 50], [1.2, 50], [1.2, 50.2], [1, 50]])
+    keys = {"box": [0, 49, 4, 51], "shoreline": {"file": "isle.geojson"}}
+    keys["lines"] = [
+        {"path": [[1, 49.5], [3, 49.5]], "label": "long"},
+        {"path": [[2.3, 49.5], [2.4, 49.9]], "label": "end"},
+    ]
+    lines = {line.label: line for line in case_domain(case(keys)).parts.lines}
+    assert lines["end"].vertices[0] in lines["long"].vertices
+
+
 @pytest.mark.parametrize(
     ("keys", "middle"),
     [

@@ -103,6 +103,7 @@ def test_metres_have_no_turns(land):
     [
         ("EPSG:4326", (1e30, 50.5), r"feature 1: 1e\+30 is no coordinate on the earth: correct it"),
         ("EPSG:25832", (1, 1e30), r"feature 1: 1e\+30 is no coordinate on the earth: correct it"),
+        ("EPSG:25832", (1, 1e10), r"feature 1: 1e\+10 is no coordinate on the earth: correct it"),
         ("EPSG:4326", (1.2, 150.5), r"feature 1: vertex 3 at \(1.2, 150.5\) is no longitude and latitude: correct it"),
         ("EPSG:4326", (1000, 50.5), r"feature 1: vertex 3 at \(1000, 50.5\) is no longitude and latitude: correct it"),
     ],
