@@ -4,26 +4,27 @@ A side that is straight on the earth's grid is bent in the plane, or replaced by
 end beside it. Where a vertex lies on a side, the side gets that vertex before it is projected.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, different_rows
+from bubblemesh.arrays import Floats, Integers, cross, different_rows, members
 from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.paths import Line, Point, Ring, Side, as_point
 from bubblemesh.records import record
 
 Ends = tuple[Point, Point]
+Pairs = tuple[Integers, Integers]  # numbers of sides and of points
+MOST_PAIRS = 300_000  # that are looked at at once
 
 
 @record
 class Contacts:
     """Vertices on the straight sides of others, by the ends of the sides, in order from the first end."""
 
-    on: Mapping[Ends, Sequence[Point]]
+    on: Mapping[Ends, Iterable[Point]]
 
     def along(self, start: Point, end: Point) -> list[Point]:
         """The vertices of a straight side: its start, those that lie on it, its end."""
@@ -57,33 +58,46 @@ def contacts_between(sides: Floats, points: Floats) -> Contacts:
     """
     if len(sides) == 0:
         return NO_CONTACTS
-    extent, largest = np.ptp(sides, axis=(0, 1)).max(), np.abs(sides).max()
-    tolerance = max(TOUCHING * float(extent), ROUNDINGS * float(np.spacing(largest)))
+    size, largest = np.ptp(sides, axis=(0, 1)).max(), np.abs(sides).max()
+    tolerance = max(TOUCHING * float(size), ROUNDINGS * float(np.spacing(largest)))
     points, _ = different_rows(points)
-    sides = sides[_may_have(points, sides, tolerance)]
-    if len(sides) == 0:
-        return NO_CONTACTS
-    rows, _ = different_rows(sides.reshape(-1, 4))
-    starts, ends = rows[:, :2], rows[:, 2:]
-    lines = shapely.STRtree(shapely.linestrings(rows.reshape(-1, 2, 2)))
-    number, side = lines.query(shapely.points(points), predicate="dwithin", distance=tolerance)
-    length = np.hypot(*(ends - starts).T)
-    along = ((points[number] - starts[side]) * (ends - starts)[side]).sum(axis=1) / length[side]
-    between = (along > tolerance) & (along < length[side] - tolerance)
-    side, number, along = side[between], number[between], along[between]
+    found = (_on(sides, points, pairs, tolerance) for pairs in _near_each_other(sides, points, tolerance))
+    side, number, along = map(np.concatenate, zip(*found, strict=True))
     order = np.lexsort((along, side))
     side, number, along = side[order], number[order], along[order]
     again = (np.diff(side, prepend=-1) == 0) & (np.diff(along, prepend=-np.inf) <= tolerance)
-    on: dict[Ends, list[Point]] = {}
+    on: dict[Ends, dict[Point, None]] = {}
     for k, point in zip(side[~again].tolist(), points[number[~again]], strict=True):
-        on.setdefault((as_point(starts[k]), as_point(ends[k])), []).append(as_point(point))
+        start, end = map(as_point, sides[k])
+        on.setdefault((start, end), {})[as_point(point)] = None
     return Contacts(on)
 
 
-def _may_have(points: Floats, sides: Floats, tolerance: float) -> Booleans:
-    """Mask (m,) of the sides (m, 2, 2) in whose circle is a third point beside the two ends: few, and soon found."""
-    from scipy.spatial import cKDTree  # takes longer to load than to read a small domain
+def _near_each_other(sides: Floats, points: Floats, tolerance: float) -> Iterator[Pairs]:
+    """Sides (m, 2, 2) and ascending points (n, 2) that may meet, some at a time.
 
-    middles, radii = sides.mean(axis=1), np.hypot(*(sides[:, 1] - sides[:, 0]).T) / 2
-    away, _ = cKDTree(points).query(middles, k=[3])
-    return np.asarray(away)[:, 0] <= radii + tolerance
+    With a side come the points within its extent in x, or in y if these are fewer, unless they are its ends alone.
+    """
+    low, high = np.minimum(*sides.swapaxes(0, 1)) - tolerance, np.maximum(*sides.swapaxes(0, 1)) + tolerance
+    orders = np.array([np.arange(len(points)), np.argsort(points[:, 1])])
+    begin, end = (
+        np.array([np.searchsorted(points[order, k], bound[:, k]) for k, order in enumerate(orders)])
+        for bound in (low, high)
+    )
+    axis = (end - begin).argmin(axis=0)
+    begin, counts = begin[axis, np.arange(len(sides))], (end - begin).min(axis=0)
+    some = np.flatnonzero(counts > 2)
+    for few in np.split(some, np.flatnonzero(np.diff(np.cumsum(counts[some]) // MOST_PAIRS)) + 1):
+        group, rank = members(counts[few])
+        side = few[group]
+        yield side, orders[axis[side], begin[side] + rank]
+
+
+def _on(sides: Floats, points: Floats, pairs: Pairs, tolerance: float) -> tuple[Integers, Integers, Floats]:
+    """Those pairs (k,) whose point is on the side between its ends, and how far (k,) from its start that is."""
+    side, number = pairs
+    way, place = sides[side, 1] - sides[side, 0], points[number] - sides[side, 0]
+    length, along = np.hypot(*way.T), (way * place).sum(axis=1)  # in terms of the length
+    between = (along > tolerance * length) & (along < (length - tolerance) * length)
+    on = np.flatnonzero(between & (np.abs(cross(way, place)) <= tolerance * length))
+    return side[on], number[on], along[on] / length[on]
