@@ -38,7 +38,7 @@ from bubblemesh.geometry.arrangement.regions import InnerParts, Region, Seed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.following import Following, followed_together
 from bubblemesh.geometry.line_ends import joined_points
-from bubblemesh.geometry.map_projection import MapProjection
+from bubblemesh.geometry.map_projection import UNPROJECTED, MapProjection
 from bubblemesh.geometry.nesting import with_holes, without_outside_holes
 from bubblemesh.geometry.paths import Area, Ring
 from bubblemesh.messages import counted, ring_name, tell_places_by, tell_places_of
@@ -86,19 +86,9 @@ def case_domain(case: Case) -> Domain:
 
 
 def _domain(keys: DomainKeys, projection: MapProjection) -> Domain:
-    """The domain of some keys, that of a sea with all of its detail; errors name the ring."""
-    match keys:
-        case RingDomain():
-            areas = _areas_of_rings(keys, projection)
-        case RegionDomain():
-            return Domain.with_matched_sides(*_covering(keys, projection))
-        case FileDomain():
-            areas = _areas_of_file(keys, projection)
-        case ShoreDomain():
-            from bubblemesh.problem.shoreline.box import sea_in_box
-            from bubblemesh.problem.shoreline.rings import areas_of_sea
-
-            areas = areas_of_sea(sea_in_box(keys, projection), keys.shoreline.file)
+    if isinstance(keys, RegionDomain):
+        return Domain.with_matched_sides(*_covering(keys, projection))
+    areas = domain_areas(keys, projection)
     return Domain.with_matched_sides(areas, _inner_parts(keys, areas, projection))
 
 
@@ -160,6 +150,22 @@ def _advice(keys: DomainKeys, projection: MapProjection, error: GeometryError) -
         else:
             return advice
     return then
+
+
+def domain_areas(keys: DomainKeys, projection: MapProjection = UNPROJECTED) -> list[Area]:
+    """The areas of a domain, of a sea with all of its detail; errors of geometry, keys and files name the ring."""
+    match keys:
+        case RingDomain():
+            return _areas_of_rings(keys, projection)
+        case RegionDomain():
+            return _covering(keys, projection)[0]
+        case FileDomain():
+            return _areas_of_file(keys, projection)
+        case ShoreDomain():
+            from bubblemesh.problem.shoreline.box import sea_in_box
+            from bubblemesh.problem.shoreline.rings import areas_of_sea
+
+            return areas_of_sea(sea_in_box(keys, projection), keys.shoreline.file)
 
 
 def _areas_of_rings(keys: RingDomain, projection: MapProjection) -> list[Area]:

@@ -29,7 +29,7 @@ from bubblemesh.errors import CaseError, GeometryError, prefixed
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.arrangement.overlay import Rule, overlaid
 from bubblemesh.geometry.following import Following
-from bubblemesh.geometry.map_projection import MapProjection
+from bubblemesh.geometry.map_projection import UNPROJECTED, MapProjection
 from bubblemesh.geometry.nesting import nested
 from bubblemesh.geometry.paths import Area, Point, Ring, as_point
 from bubblemesh.geometry.rings import ArcTo, LineTo, Piece, SplineTo
@@ -65,7 +65,7 @@ def region_areas_of(keys: RingKeys, projection: MapProjection) -> list[Area]:
     )
 
 
-def areas_of(keys: RingKeys, projection: MapProjection) -> list[Area]:
+def areas_of(keys: RingKeys, projection: MapProjection = UNPROJECTED) -> list[Area]:
     """Areas within the rings that some keys describe, or all areas of the file that they name, with all copies."""
     match keys:
         case RectangleRing():
