@@ -6,7 +6,17 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bubblemesh.arrays import Booleans, Floats, Integers, complement, cross, each_once
+from bubblemesh.arrays import (
+    Booleans,
+    Floats,
+    Integers,
+    any_of_rows,
+    complement,
+    cross,
+    each_once,
+    largest_of_rows,
+    least_of_rows,
+)
 from bubblemesh.layers.strips import Strips
 from bubblemesh.layers.walls import Walls
 from bubblemesh.records import record
@@ -79,75 +89,107 @@ class Obstacles:
         shapes = shapely.polygons(corner)
         valid = shapely.is_valid(shapes)
         wrong[full[~valid]] = True
-        full, shapes, corner = full[valid], shapes[valid], corner[valid]
-        middle = corner.mean(axis=1, keepdims=True)
-        inner = shapely.polygons(middle + SHRUNK * (corner - middle))
-        wrong[full[self._overlapping(strips, full, shapes, inner)]] = True
-        wrong[full[self._met_by(strips, full, shapes, inner)]] = True
-        found = np.zeros(len(columns), bool)
-        found[columns.pair[wrong]] = True
-        return found & (strips.heights.count > 0)
+        found = _Outlines.of(strips, full[valid], corner[valid], shapes[valid])
+        wrong[found.pair[self._overlapping(found)]] = True
+        wrong[found.pair[self._met_by(found)]] = True
+        lower = np.zeros(len(columns), bool)
+        lower[columns.pair[wrong]] = True
+        return lower & (strips.heights.count > 0)
 
-    def _met_by(self, strips: Strips, full: Integers, shapes: Shapes, inner: Shapes) -> Integers:
-        """Strips (m,), among those of the pairs ``full`` (f,), that meet an obstacle, or come too near to one."""
-        columns = strips.columns
-        high, low = (function(strips.height[columns.pair[full]], axis=1) for function in (np.max, np.min))
-        meeting = self.tree.query(inner, predicate="intersects")
-        one = meeting[0, self._is_apart(strips, full, *meeting)]
-        near, by = self.tree.query(shapes, predicate="dwithin", distance=APART * high)
-        feet = self.seen(strips.x[columns.foot[columns.pair[full]]])
+    def _met_by(self, found: "_Outlines") -> Integers:
+        """Strips (m,) that meet an obstacle, or come too near to one."""
+        near, by = self.tree.query(found.around)
+        apart = self._is_apart(found, near, by)
+        near, by = near[apart], by[apart]
+        meeting = shapely.intersects(found.inner[near], self.lines[by])
         ends = np.stack([self.start, self.end], axis=1)
+        feet = found.corners[:, :2]
         joined = (feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
-        # What lies beside the foot of a strip is its own wall, or one that goes on from that.
-        beside = np.where(self.layered[by], high[near], BESIDE_FOOT * low[near])
-        away = shapely.distance(shapely.linestrings(feet)[near], self.lines[by]) > beside
         point = (self.start == self.end).all(axis=1)[by]
-        too_near = (point | away & ~joined) & self._is_apart(strips, full, near, by)
+        one, near, by, point = near[meeting], *(column[point | ~joined] for column in (near, by, point))
+        # What lies beside the foot of a strip is its own wall, or one that goes on from that.
+        beside = np.where(self.layered[by], found.high[near], BESIDE_FOOT * found.low[near])
+        away = shapely.distance(shapely.linestrings(feet)[near], self.lines[by]) > beside
+        near, by = near[point | away], by[point | away]
+        too_near = shapely.dwithin(found.shapes[near], self.lines[by], APART * found.high[near])
         return each_once(np.append(one, near[too_near]))
 
-    def _is_apart(self, strips: Strips, full: Integers, one: Integers, line: Integers) -> Booleans:
+    def _is_apart(self, found: "_Outlines", one: Integers, line: Integers) -> Booleans:
         """Mask (m,) of strips ``one`` (m,) with no column that follows the piece of the line (m,) beside it."""
-        follows = strips.columns.follows[strips.columns.pair[full]][one]
+        columns = found.strips.columns
+        follows = columns.follows[columns.pair[found.pair]][one]
         apart: Booleans = ~((follows == self.piece[line][:, None]) & (follows >= 0)).any(axis=1)
         return apart
 
-    def _overlapping(self, strips: Strips, full: Integers, shapes: Shapes, inner: Shapes) -> Integers:
-        """Strips (m,), among those of the pairs ``full`` (f,), that overlap others, or come too near to them."""
-        columns, tops = strips.columns, strips.fronts[full]
-        ends = self.seen(strips.x[tops])
-        one, other = shapely.STRtree(inner).query(inner, predicate="intersects")
-        high = strips.height[columns.pair[full]].max(axis=1)
-        middle = columns.at[columns.pair[full]].mean(axis=1)
-        feet = columns.foot[columns.owner[columns.pair[full]]]
-        edges = shapely.linestrings(self.seen(strips.x[columns.foot[columns.pair[full]]]))
-        near, by = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=APART * high)
-        over = ends.mean(axis=1)
-        facing = self._face_each_other(over, near, by)
-        near, by = near[facing], by[facing]
-        away = np.hypot(*(middle[near] - middle[by]).T) > NEAR * np.maximum(high[near], high[by])
-        apart = ~(feet[near][:, :, None] == feet[by][:, None, :]).any(axis=(1, 2))
-        far, beyond = near[away & apart], by[away & apart]
-        too_near = shapely.distance(shapes[far], shapes[beyond]) < APART * np.minimum(high[far], high[beyond])
+    def _overlapping(self, found: "_Outlines") -> Integers:
+        """Strips (m,) that overlap others, or come too near to them."""
+        strips, columns, pair, high = found.strips, found.strips.columns, found.pair, found.high
+        tops, feet = strips.fronts[pair], columns.foot[columns.owner[columns.pair[pair]]]
+        near, by = shapely.STRtree(found.shapes).query(found.around)
+        once = near < by
+        one, other = near[once], by[once]
+        crossing = shapely.intersects(found.inner[one], found.inner[other])
+        overlapping = np.append(one[crossing], other[crossing])
+
+        middle = columns.at[columns.pair[pair]].mean(axis=1)
+        between_feet = np.hypot(*(middle[near] - middle[by]).T)
+        away = between_feet > NEAR * np.maximum(high[near], high[by])
+        apart = away & ~_have_in_common(feet[near], feet[by])
+        far, beyond = near[apart], by[apart]
+        too_near = shapely.distance(found.shapes[far], found.shapes[beyond]) < APART * np.minimum(
+            high[far], high[beyond]
+        )
+        far, beyond = far[too_near], beyond[too_near]
         # Around a bend of one wall fronts that come nearer to each other must leave room for triangles. On both sides
         # of a short edge of a straight wall they are near to each other, but no more than the wall is there.
-        fronts = shapely.linestrings(ends)
+        over = found.corners[:, 2:].mean(axis=1)
+        nearer = ~away & (np.hypot(*(over[near] - over[by]).T) < between_feet)
+        nearer &= ~_have_in_common(tops[near], tops[by])
+        near, by = near[nearer], by[nearer]
+        edges, fronts = shapely.linestrings(found.corners[:, :2]), shapely.linestrings(found.corners[:, 2:])
         length = shapely.length(fronts)
-        near, by = near[~away], by[~away]
-        apart = ~(tops[near][:, :, None] == tops[by][:, None, :]).any(axis=(1, 2))
-        nearer = np.hypot(*(over[near] - over[by]).T) < np.hypot(*(middle[near] - middle[by]).T)
-        near, by = near[apart & nearer], by[apart & nearer]
-        between, below = (shapely.distance(lines[near], lines[by]) for lines in (fronts, edges))
+        below, between = (shapely.distance(lines[near], lines[by]) for lines in (edges, fronts))
         closing = (between < OPEN * np.minimum(length[near], length[by])) & (between < CLOSED * below)
-        return each_once(np.concatenate([one[one != other], far[too_near], near[closing]]))
+        closing &= shapely.dwithin(found.shapes[near], found.shapes[by], APART * high[near])
+        one, other = np.append(far, near[closing]), np.append(beyond, by[closing])
+        return each_once(np.append(overlapping, one[self._face_each_other(over, one, other)]))
 
     def _face_each_other(self, tops: Floats, one: Integers, other: Integers) -> Booleans:
-        """Mask (m,) of pairs of different strips, by their tops' middles (f, 2), that have no wall between them."""
-        facing = one != other
-        ways = shapely.linestrings(np.stack([tops[one[facing]], tops[other[facing]]], axis=1))
-        crossing = np.zeros(len(ways), bool)
-        crossing[self.tree.query(ways, predicate="crosses")[0]] = True
-        facing[facing] = ~crossing
+        """Mask (m,) of pairs of strips, by their tops' middles (f, 2), that have no wall between them."""
+        ways = shapely.linestrings(np.stack([tops[one], tops[other]], axis=1))
+        facing = np.ones(len(ways), bool)
+        facing[self.tree.query(ways, predicate="crosses")[0]] = False
         return facing
+
+
+@record
+class _Outlines:
+    """Outlines of strips, as seen from the origin of obstacles."""
+
+    strips: Strips
+    pair: Integers  # (f,): of columns beside each
+    corners: Floats  # (f, 4, 2): both feet and both tops, around it
+    shapes: Shapes  # (f,)
+    inner: Shapes  # (f,): the shapes without their rims
+    around: Shapes  # (f,): boxes that hold all that may be too near to them
+    high: Floats  # (f,): height of the higher column
+    low: Floats  # (f,): of the lower one
+
+    @classmethod
+    def of(cls, strips: Strips, pair: Integers, corners: Floats, shapes: Shapes) -> "_Outlines":
+        """Outlines of the strips of pairs (f,), with corners (f, 4, 2) and shapes (f,)."""
+        middle = corners.mean(axis=1, keepdims=True)
+        inner = shapely.polygons(middle + SHRUNK * (corners - middle))
+        beside = strips.height[strips.columns.pair[pair]]
+        high, low = largest_of_rows(beside), least_of_rows(beside)
+        reach = (APART * high)[:, None]
+        around = shapely.box(*(corners.min(axis=1) - reach).T, *(corners.max(axis=1) + reach).T)
+        return cls(strips, pair, corners, shapes, inner, around, high, low)
+
+
+def _have_in_common(some: Integers, others: Integers) -> Booleans:
+    """Mask (m,) of rows (m, 2) of numbers of which one is in the other row (m, 2)."""
+    return any_of_rows((some[:, :, None] == others[:, None, :]).reshape(-1, 4))
 
 
 def badly_shaped(strips: Strips) -> Booleans:
@@ -155,9 +197,11 @@ def badly_shaped(strips: Strips) -> Booleans:
     wrong = np.zeros(len(strips.columns.pair), bool)
     for cells, pair in (strips.quads, strips.triangles):
         corner = strips.x[cells]
-        ahead, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
-        area = cross(ahead, back)
+        ahead = np.roll(corner, -1, axis=1) - corner
+        before = np.roll(ahead, 1, axis=1)
+        area = cross(before, ahead)
         if cells.shape[1] == 4:
-            area = area - FLAT_CELL * np.hypot(*np.moveaxis(ahead, -1, 0)) * np.hypot(*np.moveaxis(back, -1, 0))
-        wrong[pair[(area <= 0).any(axis=1)]] = True
+            length = np.hypot(ahead[..., 0], ahead[..., 1])
+            area -= FLAT_CELL * length * np.roll(length, 1, axis=1)
+        wrong[pair[any_of_rows(area <= 0)]] = True
     return wrong
