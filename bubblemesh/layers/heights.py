@@ -94,21 +94,18 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
     is higher in it than it is wide in it. Columns that part end before they are much farther from each other than the
     spacing. All columns of a fan are as wide as those beside it.
     """
-    most, spaced, passing, at_foot = (
-        np.zeros(len(columns), np.int64),
-        columns.requested.copy(),
-        columns.requested + 1,
-        widest_beside(columns, np.zeros(len(columns)), 0),
-    )
+    most, spaced, passing = np.zeros(len(columns), np.int64), columns.requested.copy(), columns.requested + 1
+    at_foot = widest_at_feet(columns)
     for number, ladder in enumerate(columns.ladders):
         going, full, tops = np.flatnonzero(columns.ladder == number), ladder.heights, ladder.tops[1:]
         for layer in range(ladder.count):
             if layer % AT_ONCE == 0:
                 asked, some = going, slice(layer, layer + AT_ONCE)
                 middles, spacings = _in_layers(columns, asked, full[some], tops[some], layer + 1, spacing)
-            height, here = columns.scale[going] * full[layer], np.searchsorted(asked, going)
-            middle, d = middles[layer % AT_ONCE, here], spacings[layer % AT_ONCE, here]
-            widest = widest_beside(columns, columns.scale * tops[layer], layer + 1)[going]
+                widths = _widest_in_layers(columns, asked, tops[some], layer + 1)
+                here = np.arange(len(asked))
+            height = columns.scale[going] * full[layer]
+            middle, d, widest = (table[layer % AT_ONCE, here] for table in (middles, spacings, widths))
             if ladder.isotropic:
                 wide = widest * np.maximum(spacing.stretch(middle, columns.up[going]), 1.0)
             else:
@@ -118,7 +115,7 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
             near = going[height >= PASSING * d]
             passing[near] = np.minimum(passing[near], layer + 1)
             fits = low & (widest <= WIDEST * np.maximum(d, at_foot[going]) * (1 + HEIGHT_ROUNDING))
-            going = going[fits]
+            going, here = going[fits], here[fits]
             if not len(going):
                 break
             most[going] += 1
@@ -142,15 +139,29 @@ def _in_layers(
     return middles.reshape(*shape, 2), np.where(np.isnan(d), columns.spacing[each], d).reshape(shape)
 
 
-def widest_beside(columns: Columns, height: Floats, layer: int) -> Floats:
-    """Largest width (c,) at some heights (c,) in a layer beside columns of the same foot or bend, but for fans."""
-    at = columns.places(np.arange(len(columns)), height, np.full(len(columns), layer))
-    foot = columns.foot[columns.leader]
+def _widest_in_layers(columns: Columns, which: Integers, tops: Floats, first: int) -> Floats:
+    """Largest widths (l, k) beside columns (k,) at the ``tops`` (l,) of layers from number ``first`` on."""
+    every, numbers = np.tile(np.arange(len(columns)), len(tops)), first + np.arange(len(tops))
+    at = columns.places(every, (columns.scale * tops[:, None]).ravel(), np.repeat(numbers, len(columns)))
+    return _widest(columns, at.reshape(len(tops), len(columns), 2))[:, which]
+
+
+def widest_at_feet(columns: Columns) -> Floats:
+    """Largest width (c,) on the wall beside columns of the same foot or bend, but for fans."""
+    (widest,) = _widest(columns, columns.start[None])
+    return widest
+
+
+def _widest(columns: Columns, at: Floats) -> Floats:
+    """Largest distances (l, c) of places at (l, c, 2) from those on neighbours: see `widest_at_feet`."""
+    feet = columns.foot[columns.leader]
     i, j = pair = columns.pair[columns.apart].T
-    width, widest = np.hypot(*(at[j] - at[i]).T), np.zeros(columns.foot.max() + 1)
+    across = at[:, j] - at[:, i]
+    width, widest = np.hypot(across[..., 0], across[..., 1]), np.zeros((len(at), columns.foot.max() + 1))
     for end in pair:
-        np.maximum.at(widest, foot[end], width)
-    return np.asarray(widest[foot])
+        for wide, there in zip(widest, width, strict=True):
+            np.maximum.at(wide, feet[end], there)
+    return widest[:, feet]
 
 
 def reached(columns: Columns, found: Heights, owner: Integers, level: Integers) -> Floats:

@@ -4,7 +4,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.columns import Columns
-from bubblemesh.layers.heights import FEWEST_LAYERS, widest_beside
+from bubblemesh.layers.heights import FEWEST_LAYERS, widest_at_feet
 from bubblemesh.layers.obstacles import Obstacles
 from bubblemesh.layers.sight import across
 from bubblemesh.layers.walls import Walls
@@ -67,7 +67,7 @@ def _up_to(obstacles: Obstacles, columns: Columns, thickness: Floats, narrowest:
     seen = across(obstacles, columns, REACH * thickness + 2 * columns.spacing, narrowest)
     # Between edges longer than the way to a wall triangles would be flat, but not above a fan, nor across from an end.
     with np.errstate(divide="ignore"):
-        width = widest_beside(columns, np.zeros(len(columns)), 0)
+        width = widest_at_feet(columns)
         narrow = np.where(columns.are_in_fans, 1.0, np.minimum(seen.wall / width, 1.0))
     return share_of_way(seen.nearest, columns.spacing, seen.layered, narrow)
 
