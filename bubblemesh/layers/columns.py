@@ -118,6 +118,8 @@ class Columns:
 
         They are below 1 beside columns of a ladder with a lower first height: heights rise gradually from these.
         """
+        if len({ladder.first for ladder in self.ladders}) == 1:
+            return np.ones(len(self))
         i, j = self.pair.T
         one, other = self.twins.T
         asked = self._first

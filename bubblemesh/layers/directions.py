@@ -64,9 +64,9 @@ def blended(columns: Columns, free: Booleans, smooth: Booleans, normals: Floats)
     if not (rate > 0).any():
         return columns
     start = direction = _unit(columns.up)
-    ends, width = np.append(i, j), np.append(width, width)
+    ends, others, width = np.append(i, j), np.append(j, i), np.append(width, width)
     for _ in range(BLENDINGS):
-        beside = [np.bincount(ends, part[np.append(j, i)] / width, minlength=len(columns)) for part in direction.T]
+        beside = [np.bincount(ends, part[others] / width, minlength=len(columns)) for part in direction.T]
         direction = _unit(direction + rate * (_unit(np.column_stack(beside)) - direction))
     least = np.ones(len(columns))
     total, walls = np.zeros((2, len(columns)))

@@ -11,33 +11,17 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, components, turned_left
-from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.curves import turning
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH
 from bubblemesh.layers.walls import Walls, rotated
 
 SHORT = 3.0  # edges, in terms of the first layer: on longer ones some layers are no higher than wide
 ROUND = 1.3  # first layers: fillets of a smaller radius are as corners
-# Of these: in sharper corners the first node of the column in the middle would be too near to the chord of a fillet.
-LARGEST_TURN = np.radians(100)
 LEAST_TURN = np.radians(10)  # of the wall at such a bend
 FARTHEST = 5.0  # lengths of a bend to where the walls beside it would meet
 LOW = 3.0  # first layers: columns that meet below are one
 CLEAR = 0.2  # of a layer: least height of its top above the edges of a bend
 SLENDER = 0.1  # of the height of a layer: least mean width of its cells below where columns become one
-
-
-def fillet_radii(boundary: Boundary) -> Floats:
-    """Mean radii (p,) of the pieces of a boundary that are curves and turn as fillets do; infinite for all others."""
-    curved = np.flatnonzero(boundary.approximated & ~boundary.closed)
-    length, radii = boundary.lengths[curved], np.full(len(boundary.lengths), np.inf)
-    if len(curved) == 0:
-        return radii
-    turn = np.abs(turning(boundary.tangents(curved, np.zeros(len(curved))), boundary.tangents(curved, length)))
-    fillet = (turn > 0) & (turn <= LARGEST_TURN)
-    radii[curved[fillet]] = length[fillet] / turn[fillet]
-    return radii
 
 
 def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
@@ -101,7 +85,7 @@ class ShortEdges(NamedTuple):
         """The short edges among the pairs (p, 2) of columns."""
         (i, j), width = columns.pair.T, columns.bare_widths
         first = columns.first[i]
-        on_fillet = fillet_radii(walls.domain.boundary)[walls.piece[columns.side]] < ROUND * first
+        on_fillet = walls.fillet_radii[walls.piece[columns.side]] < ROUND * first
         short = ~columns.fan & (columns.ladder[i] == columns.ladder[j]) & ((width < SHORT * first) | on_fillet)
         with np.errstate(divide="ignore", invalid="ignore"):
             nearer = -((columns.up[j] - columns.up[i]) * (columns.at[j] - columns.at[i])).sum(axis=1) / width

@@ -1,15 +1,21 @@
 """Walls: edges of the boundary by the sides that face the domain, in the order in which they go around it."""
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, side_by_side, turned_left
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import turning
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import Ladder
 from bubblemesh.packing.bubbles import Bubbles
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
+
+# Of fillets: in sharper corners the first node of the column in the middle would be too near to the chord.
+LARGEST_TURN = np.radians(100)
 
 
 @record
@@ -84,11 +90,28 @@ class Walls:
         found[self.piece[self.layered]] = True
         return found
 
+    @cached_property
+    def fillet_radii(self) -> Floats:
+        """Radii (p,) of the pieces of the boundary that are fillets; infinite for all others."""
+        return fillet_radii(self.domain.boundary)
+
     @property
     def directions(self) -> Floats:
         """Unit vectors (m, 2) along the sides."""
         along = self.x[self.ends[:, 1]] - self.x[self.ends[:, 0]]
         return along / np.hypot(*along.T)[:, None]
+
+
+def fillet_radii(boundary: Boundary) -> Floats:
+    """Mean radii (p,) of the pieces of a boundary that are curves and turn as fillets do; infinite for all others."""
+    curved = np.flatnonzero(boundary.approximated & ~boundary.closed)
+    length, radii = boundary.lengths[curved], np.full(len(boundary.lengths), np.inf)
+    if len(curved) == 0:
+        return radii
+    turn = np.abs(turning(boundary.tangents(curved, np.zeros(len(curved))), boundary.tangents(curved, length)))
+    fillet = (turn > 0) & (turn <= LARGEST_TURN)
+    radii[curved[fillet]] = length[fillet] / turn[fillet]
+    return radii
 
 
 def rotated(directions: Floats, angle: Floats) -> Floats:
