@@ -150,8 +150,9 @@ class Obstacles:
         length = shapely.length(fronts)
         below, between = (shapely.distance(lines[near], lines[by]) for lines in (edges, fronts))
         closing = (between < OPEN * np.minimum(length[near], length[by])) & (between < CLOSED * below)
-        closing &= shapely.dwithin(found.shapes[near], found.shapes[by], APART * high[near])
-        one, other = np.append(far, near[closing]), np.append(beyond, by[closing])
+        near, by = near[closing], by[closing]
+        too_near = shapely.dwithin(found.shapes[near], found.shapes[by], APART * high[near])
+        one, other = np.append(far, near[too_near]), np.append(beyond, by[too_near])
         return each_once(np.append(overlapping, one[self._face_each_other(over, one, other)]))
 
     def _face_each_other(self, tops: Floats, one: Integers, other: Integers) -> Booleans:
