@@ -93,9 +93,14 @@ class ShortEdges(NamedTuple):
 
 
 def _bends(columns: Columns, edges: ShortEdges) -> Columns:
-    """The columns, of which those on the same short edges know the first one."""
-    group = components(columns.pair[edges.short], len(columns))
-    return replace(columns, leader=np.unique(group, return_index=True)[1][group])
+    """The columns, of which those on the same short edges know the first one along the wall."""
+    short = columns.pair[edges.short]
+    group = components(short, len(columns))
+    leader = np.unique(group, return_index=True)[1]
+    # Where a ring begins within such edges the first one along the wall, as at a fan there, has no lower number.
+    begin = short[~np.isin(short[:, 0], short[:, 1]), 0]
+    leader[group[begin]] = begin
+    return replace(columns, leader=leader[group])
 
 
 def parting(columns: Columns, walls: Walls) -> Booleans:

@@ -860,6 +860,14 @@ def test_fillets_far_smaller_than_the_first_layer_are_as_corners(radius, edges, 
     assert not [text for text in result.report["warnings"] if "shorter than the spacing" in text]
 
 
+def test_a_corner_at_which_a_ring_begins_has_the_layers_of_its_other_corners():
+    square = {"polygon": [[0, 0], [0, 0.5], [0.5, 0.5], [0.5, 0]], "label": "body"}
+    domain = {"outer": {"rectangle": [-1, -1, 2, 2], "label": "far"}, "holes": [square]}
+    # Edges of the wall are shorter than three first heights.
+    strips = prepared(domain, {"on": "body", "first": 0.02, "until": "isotropic"}, spacing=0.05).rest.strips
+    assert (strips.heights.count == 6).all()
+
+
 @pytest.mark.parametrize("edges", [1, 2, 5])
 def test_layers_go_on_until_they_are_isotropic_beside_small_fillets(edges):
     ring = {"polygon": filleted(L_SHAPE, 2e-3, edges), "label": "wall"}
