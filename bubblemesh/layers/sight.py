@@ -79,9 +79,9 @@ def _between(
     corners = [origin[i], origin[j], origin[j] + high * columns.up[j], origin[i] + high * columns.up[i]]
     points = np.concatenate([obstacles.start, obstacles.end])
     layered = np.tile(obstacles.layered, 2)
-    pair, point = shapely.STRtree(shapely.points(points)).query(
-        shapely.polygons(np.stack(corners, axis=1)), "intersects"
-    )
+    between = shapely.polygons(np.stack(corners, axis=1))
+    # Right above a column they count, too, whatever rounding does.
+    pair, point = shapely.STRtree(shapely.points(points)).query(between, "dwithin", distance=OWN_WALL * high[:, 0])
     seeing = pairs[pair].T
     up = columns.up[seeing]
     way = ((points[point] - origin[seeing]) * up).sum(axis=2) / (up * up).sum(axis=2)

@@ -860,6 +860,15 @@ def test_fillets_far_smaller_than_the_first_layer_are_as_corners(radius, edges, 
     assert not [text for text in result.report["warnings"] if "shorter than the spacing" in text]
 
 
+def test_corners_across_from_each_other_have_equally_many_layers():
+    tee = [[0, 0], [4, 0], [4, 1], [2.3, 1], [2.3, 3], [1.7, 3], [1.7, 1], [0, 1]]
+    domain = {"outer": {"polygon": tee, "labels": ["wall", "out", "wall", "wall", "up", "wall", "wall", "in"]}}
+    strips = prepared(domain, {"on": "wall", "first": 0.004, "until": "isotropic"}, spacing=0.08).rest.strips
+    columns = strips.columns
+    corners = [np.hypot(*(columns.start - at).T) < 1e-9 for at in ((1.7, 1), (2.3, 1))]
+    assert [set(strips.heights.count[corner].tolist()) for corner in corners] == [{14}, {14}]
+
+
 def test_a_corner_at_which_a_ring_begins_has_the_layers_of_its_other_corners():
     square = {"polygon": [[0, 0], [0, 0.5], [0.5, 0.5], [0.5, 0]], "label": "body"}
     domain = {"outer": {"rectangle": [-1, -1, 2, 2], "label": "far"}, "holes": [square]}
