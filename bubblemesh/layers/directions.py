@@ -31,7 +31,7 @@ def fan(ladder: Ladder, normal: Floats, angle: float, spacing: float, *, is_corn
         return None
     ideal = turn * float(ladder.thickness_below(np.array(spacing))) / spacing
     steps = int(np.clip(np.ceil(ideal), np.ceil(turn / WIDEST), np.ceil(turn / NARROWEST)))
-    return rotated(np.tile(normal, (steps + 1, 1)), -turn * np.arange(steps + 1) / steps)
+    return rotated(normal[None], -turn * np.arange(steps + 1) / steps)
 
 
 def on_curves(columns: Columns, walls: Walls, on_curve: Booleans, turns: Floats) -> tuple[Columns, Booleans]:

@@ -116,7 +116,8 @@ class _ColumnBuilder:
         """
         fans, following = dict(self.fans), self.walls.following
         first = {side: self.ladders[self.rows[around[-1]].ladder].first for side, around in fans.items()}
-        joined = {int(following[side]) for side in fans if self._length(following[side]) < SHORT * first[side]}
+        length = np.hypot(*(self.walls.x[self.walls.ends[:, 1]] - self.walls.x[self.walls.ends[:, 0]]).T)
+        joined = {int(following[side]) for side in fans if length[following[side]] < SHORT * first[side]}
         joined &= fans.keys()
         for side in fans.keys() - joined:
             chain = [side]
@@ -125,11 +126,8 @@ class _ColumnBuilder:
             columns = [column for one in chain for column in fans[one]]
             share = np.arange(len(columns)) / (len(columns) - 1)
             turn = (self.walls.angle[chain] - np.pi).sum()
-            for column, up in zip(columns, rotated(self.normals[[side] * len(share)], -turn * share), strict=True):
+            for column, up in zip(columns, rotated(self.normals[side][None], -turn * share), strict=True):
                 self.rows[column] = self.rows[column]._replace(up=up)
-
-    def _length(self, side: int) -> float:
-        return float(np.hypot(*np.diff(self.walls.x[self.walls.ends[side]], axis=0)[0]))
 
     def pairs(self) -> tuple[Integers, Integers]:
         """Pairs (p, 2) of columns with cells between, first those on sides, then those in fans, and the sides (p,)."""

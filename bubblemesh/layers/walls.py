@@ -115,7 +115,7 @@ def fillet_radii(boundary: Boundary) -> Floats:
 
 
 def rotated(directions: Floats, angle: Floats) -> Floats:
-    """Vectors (m, 2) turned counter-clockwise by angles (m,)."""
+    """Vectors (m, 2), or one (1, 2), turned counter-clockwise by angles (m,)."""
     (x, y), c, s = directions.T, np.cos(angle), np.sin(angle)
     return side_by_side(c * x - s * y, s * x + c * y)
 
