@@ -89,14 +89,14 @@ class Obstacles:
         shapes = shapely.polygons(corner)
         valid = shapely.is_valid(shapes)
         wrong[full[~valid]] = True
-        found = _Outlines.of(strips, full[valid], corner[valid], shapes[valid])
+        found = _StripOutlines.of(strips, full[valid], corner[valid], shapes[valid])
         wrong[found.pair[self._overlapping(found)]] = True
         wrong[found.pair[self._met_by(found)]] = True
         lower = np.zeros(len(columns), bool)
         lower[columns.pair[wrong]] = True
         return lower & (strips.heights.count > 0)
 
-    def _met_by(self, found: "_Outlines") -> Integers:
+    def _met_by(self, found: "_StripOutlines") -> Integers:
         """Strips (m,) that meet an obstacle, or come too near to one."""
         near, by = self.tree.query(found.around)
         apart = self._is_apart(found, near, by)
@@ -114,14 +114,14 @@ class Obstacles:
         too_near = shapely.dwithin(found.shapes[near], self.lines[by], APART * found.high[near])
         return each_once(np.append(one, near[too_near]))
 
-    def _is_apart(self, found: "_Outlines", one: Integers, line: Integers) -> Booleans:
+    def _is_apart(self, found: "_StripOutlines", one: Integers, line: Integers) -> Booleans:
         """Mask (m,) of strips ``one`` (m,) with no column that follows the piece of the line (m,) beside it."""
         columns = found.strips.columns
         follows = columns.follows[columns.pair[found.pair]][one]
         apart: Booleans = ~((follows == self.piece[line][:, None]) & (follows >= 0)).any(axis=1)
         return apart
 
-    def _overlapping(self, found: "_Outlines") -> Integers:
+    def _overlapping(self, found: "_StripOutlines") -> Integers:
         """Strips (m,) that overlap others, or come too near to them."""
         strips, columns, pair, high = found.strips, found.strips.columns, found.pair, found.high
         tops, feet = strips.fronts[pair], columns.foot[columns.owner[columns.pair[pair]]]
@@ -164,7 +164,7 @@ class Obstacles:
 
 
 @record
-class _Outlines:
+class _StripOutlines:
     """Outlines of strips, as seen from the origin of obstacles."""
 
     strips: Strips
@@ -177,7 +177,7 @@ class _Outlines:
     low: Floats  # (f,): of the lower one
 
     @classmethod
-    def of(cls, strips: Strips, pair: Integers, corners: Floats, shapes: Shapes) -> "_Outlines":
+    def of(cls, strips: Strips, pair: Integers, corners: Floats, shapes: Shapes) -> "_StripOutlines":
         """Outlines of the strips of pairs (f,), with corners (f, 4, 2) and shapes (f,)."""
         middle = corners.mean(axis=1, keepdims=True)
         inner = shapely.polygons(middle + SHRUNK * (corners - middle))
