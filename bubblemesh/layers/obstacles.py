@@ -103,13 +103,12 @@ class Obstacles:
         near, by = near[apart], by[apart]
         meeting = shapely.intersects(found.inner[near], self.lines[by])
         ends = np.stack([self.start, self.end], axis=1)
-        feet = found.corners[:, :2]
-        joined = (feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
+        joined = (found.feet[near][:, :, None] == ends[by][:, None, :]).all(axis=-1).any(axis=(1, 2))
         point = (self.start == self.end).all(axis=1)[by]
         one, near, by, point = near[meeting], *(column[point | ~joined] for column in (near, by, point))
         # What lies beside the foot of a strip is its own wall, or one that goes on from that.
         beside = np.where(self.layered[by], found.high[near], BESIDE_FOOT * found.low[near])
-        away = shapely.distance(shapely.linestrings(feet)[near], self.lines[by]) > beside
+        away = shapely.distance(shapely.linestrings(found.feet)[near], self.lines[by]) > beside
         near, by = near[point | away], by[point | away]
         too_near = shapely.dwithin(found.shapes[near], self.lines[by], APART * found.high[near])
         return each_once(np.append(one, near[too_near]))
@@ -122,38 +121,17 @@ class Obstacles:
         return apart
 
     def _overlapping(self, found: "_StripOutlines") -> Integers:
-        """Strips (m,) that overlap others, or come too near to them."""
-        strips, columns, pair, high = found.strips, found.strips.columns, found.pair, found.high
-        tops, feet = strips.fronts[pair], columns.foot[columns.owner[columns.pair[pair]]]
+        """Strips (m,) that overlap others, or come too near to them where no wall is between."""
         near, by = shapely.STRtree(found.shapes).query(found.around)
-        once = near < by
-        one, other = near[once], by[once]
-        crossing = shapely.intersects(found.inner[one], found.inner[other])
-        overlapping = np.append(one[crossing], other[crossing])
-
-        middle = columns.at[columns.pair[pair]].mean(axis=1)
-        between_feet = np.hypot(*(middle[near] - middle[by]).T)
-        away = between_feet > NEAR * np.maximum(high[near], high[by])
-        apart = away & ~_have_in_common(feet[near], feet[by])
-        far, beyond = near[apart], by[apart]
-        too_near = shapely.distance(found.shapes[far], found.shapes[beyond]) < APART * np.minimum(
-            high[far], high[beyond]
+        columns = found.strips.columns
+        middle = columns.at[columns.pair[found.pair]].mean(axis=1)
+        way = np.hypot(*(middle[near] - middle[by]).T)
+        away = way > NEAR * np.maximum(found.high[near], found.high[by])
+        one, other = np.append(
+            _too_near(found, near[away], by[away]), _closing(found, near[~away], by[~away], way[~away]), axis=1
         )
-        far, beyond = far[too_near], beyond[too_near]
-        # Around a bend of one wall fronts that come nearer to each other must leave room for triangles. On both sides
-        # of a short edge of a straight wall they are near to each other, but no more than the wall is there.
-        over = found.corners[:, 2:].mean(axis=1)
-        nearer = ~away & (np.hypot(*(over[near] - over[by]).T) < between_feet)
-        nearer &= ~_have_in_common(tops[near], tops[by])
-        near, by = near[nearer], by[nearer]
-        edges, fronts = shapely.linestrings(found.corners[:, :2]), shapely.linestrings(found.corners[:, 2:])
-        length = shapely.length(fronts)
-        below, between = (shapely.distance(lines[near], lines[by]) for lines in (edges, fronts))
-        closing = (between < OPEN * np.minimum(length[near], length[by])) & (between < CLOSED * below)
-        near, by = near[closing], by[closing]
-        too_near = shapely.dwithin(found.shapes[near], found.shapes[by], APART * high[near])
-        one, other = np.append(far, near[too_near]), np.append(beyond, by[too_near])
-        return each_once(np.append(overlapping, one[self._face_each_other(over, one, other)]))
+        facing = self._face_each_other(found.tops.mean(axis=1), one, other)
+        return each_once(np.append(_crossing(found, near, by), one[facing]))
 
     def _face_each_other(self, tops: Floats, one: Integers, other: Integers) -> Booleans:
         """Mask (m,) of pairs of strips, by their tops' middles (f, 2), that have no wall between them."""
@@ -169,7 +147,8 @@ class _StripOutlines:
 
     strips: Strips
     pair: Integers  # (f,): of columns beside each
-    corners: Floats  # (f, 4, 2): both feet and both tops, around it
+    feet: Floats  # (f, 2, 2): of both columns
+    tops: Floats  # (f, 2, 2): that of the second column, then that of the first one
     shapes: Shapes  # (f,)
     inner: Shapes  # (f,): the shapes without their rims
     around: Shapes  # (f,): boxes that hold all that may be too near to them
@@ -185,7 +164,43 @@ class _StripOutlines:
         high, low = largest_of_rows(beside), least_of_rows(beside)
         reach = (APART * high)[:, None]
         around = shapely.box(*(corners.min(axis=1) - reach).T, *(corners.max(axis=1) + reach).T)
-        return cls(strips, pair, corners, shapes, inner, around, high, low)
+        return cls(strips, pair, corners[:, :2], corners[:, 2:], shapes, inner, around, high, low)
+
+
+def _crossing(found: _StripOutlines, one: Integers, other: Integers) -> Integers:
+    """Those of strips (m,) that overlap the ``other`` ones (m,): all pairs are there in both directions."""
+    once = one < other
+    one, other = one[once], other[once]
+    crossing = shapely.intersects(found.inner[one], found.inner[other])
+    return np.append(one[crossing], other[crossing])
+
+
+def _too_near(found: _StripOutlines, near: Integers, by: Integers) -> Integers:
+    """Pairs (2, k), of strips ``near`` (m,) and others ``by`` (m,) them, whose feet are far apart but not they."""
+    columns = found.strips.columns
+    nodes = columns.foot[columns.owner[columns.pair[found.pair]]]
+    apart = ~_have_in_common(nodes[near], nodes[by])
+    near, by = near[apart], by[apart]
+    least = APART * np.minimum(found.high[near], found.high[by])
+    return np.stack([near, by])[:, shapely.distance(found.shapes[near], found.shapes[by]) < least]
+
+
+def _closing(found: _StripOutlines, near: Integers, by: Integers, way: Floats) -> Integers:
+    """Pairs (2, k), of strips ``near`` (m,) and others ``by`` (m,) them, around a bend that their fronts close.
+
+    Fronts that come nearer to each other must leave room for triangles: nearer than on the ``way`` (m,) between where
+    the columns start. On both sides of a short edge of a straight wall they are near to each other, but no more than
+    the wall is there.
+    """
+    over, nodes = found.tops.mean(axis=1), found.strips.fronts[found.pair]
+    nearer = (np.hypot(*(over[near] - over[by]).T) < way) & ~_have_in_common(nodes[near], nodes[by])
+    near, by = near[nearer], by[nearer]
+    edges, fronts = shapely.linestrings(found.feet), shapely.linestrings(found.tops)
+    length = shapely.length(fronts)
+    below, between = (shapely.distance(lines[near], lines[by]) for lines in (edges, fronts))
+    closing = (between < OPEN * np.minimum(length[near], length[by])) & (between < CLOSED * below)
+    near, by = near[closing], by[closing]
+    return np.stack([near, by])[:, shapely.dwithin(found.shapes[near], found.shapes[by], APART * found.high[near])]
 
 
 def _have_in_common(some: Integers, others: Integers) -> Booleans:
