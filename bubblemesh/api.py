@@ -25,6 +25,7 @@ from bubblemesh.problem.python.task import MAX_NODES, MeshOptions
 from bubblemesh.problem.spacing import with_areas_below, with_metrics
 from bubblemesh.problem.values import values_of
 from bubblemesh.process.limits import Stopwatch
+from bubblemesh.run.limits import within_limits
 from bubblemesh.run.packing import RunOptions
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem, require_case
 from bubblemesh.run.report import RoundRow
@@ -257,7 +258,7 @@ def adapt(
         return adapting.adapted(case, given[0], target, exact, on_round), given[1]
 
     with own_places():
-        result, notes = case.within_limits(adapted)
+        result, notes = within_limits(case, adapted)
     for note in notes:
         warnings.warn(note, MeshWarning, stacklevel=2)
     return result

@@ -15,6 +15,7 @@ from bubblemesh.problem.prepare import prepare
 from bubblemesh.process.resources import forget_peak_memory
 from bubblemesh.records import record
 from bubblemesh.run.destination import Destination
+from bubblemesh.run.limits import within_limits
 from bubblemesh.run.packing import RunOptions
 from bubblemesh.run.pipeline import mesh_problem
 from bubblemesh.workers.workers import Tell
@@ -80,7 +81,7 @@ def _mesh(job: BatchJob, tell: Tell) -> Outcome:
     tell((job.number, 0, 0))
     forget_peak_memory()
     with located(job.row.source, job.case.origin):
-        return job.case.within_limits(lambda: _made(job, tell))
+        return within_limits(job.case, lambda: _made(job, tell))
 
 
 def _made(job: BatchJob, tell: Tell) -> Outcome:

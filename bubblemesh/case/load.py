@@ -323,7 +323,7 @@ def _on_option(error: "OptionError", places: _Places) -> str:
 
 
 def _with_method(case: Case, places: _Places) -> tuple[Case, tuple[str, ...]]:
-    """The case with its method configured, and warnings on options that are left out.
+    """The case, whose options its method can use, and warnings on options that are left out.
 
     If an option of the command line sets the method, options in files that this method does not use, but others do, are
     left out.
@@ -331,7 +331,7 @@ def _with_method(case: Case, places: _Places) -> tuple[Case, tuple[str, ...]]:
     if case.method == Case.model_fields["method"].default and not case.packing and not case.schedule:
         return case, ()
     # Imported here since the methods take time to load, and errors in a case should come at once.
-    from bubblemesh.packing.configure import OptionError, all_options, unused_keys
+    from bubblemesh.packing.configure import OptionError, all_options, configured, unused_keys
 
     warnings = []
     try:
@@ -346,7 +346,7 @@ def _with_method(case: Case, places: _Places) -> tuple[Case, tuple[str, ...]]:
                         f"{section}.{key}: the method {case.method!r} does not use this key: it is left out"
                     )
             case = case.model_copy(update=given) if warnings else case
-        _ = case.configured_method
+        configured(case.method, case.packing, case.schedule)
     except OptionError as error:
         raise CaseError("\n".join(_on_option(one, places) for one in (error, *error.others))) from None
     return case, tuple(warnings)

@@ -1,11 +1,9 @@
 """The models of the case file, their JSON Schema, made from their descriptions, and the template of a case."""
 
-from collections.abc import Callable, Mapping
-from functools import cached_property
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -43,13 +41,8 @@ from bubblemesh.case.metric import AnyMetric
 from bubblemesh.case.spacing import AnySpacing, SpacingTerms, as_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver, formats_for
-from bubblemesh.process.limits import unlimited_memory, within
+from bubblemesh.process.limits import unlimited_memory
 from bubblemesh.spacing.expression import check_parameter_name
-
-if TYPE_CHECKING:
-    from bubblemesh.packing.method import Method
-
-T = TypeVar("T")
 
 MULTILEVEL = "multilevel"  # the method of cases that name none
 IN_METRIC = "ellipses"  # the method that packs in a metric
@@ -267,33 +260,10 @@ class Case(Strict):
         case._origin, case._warnings = origin, warnings
         return case
 
-    def within_limits(self, call: Callable[[], T], place: str = "") -> T:
-        """Value of a call within the limits of the case, to which the time for loading the case counts.
-
-        LimitError, whose message begins with the ``place``, if a limit is exceeded.
-        """
-        limits = self.limits
-        return within(call, limits.seconds, limits.max_memory_mb, perf_counter() - self._origin.seconds, place)
-
     @property
     def spacing_terms(self) -> SpacingTerms:
         """The terms of the spacing; a plain value is the only term."""
         return as_terms(self.spacing)
-
-    @cached_property
-    def configured_method(self) -> "Method":
-        """The method with the options that the case gives it, which `load_case` has checked."""
-        # Imported here since the methods need SciPy, for which a wrong case should not wait.
-        from bubblemesh.packing.configure import configured
-
-        return configured(self.method, self.packing, self.schedule)
-
-    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """A copy with some other values; if they change the method or its options, it is configured again."""
-        copy = super().model_copy(update=update, deep=deep)
-        if update:
-            copy.__dict__.pop("configured_method", None)
-        return copy
 
 
 def case_template() -> str:

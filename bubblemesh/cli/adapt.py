@@ -59,6 +59,7 @@ def adapt(
     from bubblemesh import console
     from bubblemesh.adaptivity import adapt as adapting
     from bubblemesh.adaptivity.solution import read_solution
+    from bubblemesh.run.limits import within_limits
     from bubblemesh.run.output import OutputOptions, place_of
 
     loaded = case_at(case, overrides, untrusted)
@@ -72,4 +73,4 @@ def adapt(
         meshing = partial(adapting.adapted, options.over(loaded), present, target, exact)
         mesh_and_show(meshing, loaded, case, place, as_json, quiet)
 
-    loaded.within_limits(adapted, f"{case}: ")
+    within_limits(loaded, adapted, f"{case}: ")

@@ -17,6 +17,7 @@ from bubblemesh.problem.shapes import length_in_file
 
 if TYPE_CHECKING:
     from bubblemesh.layers.ladder import Ladder
+    from bubblemesh.packing.method import Method
 
 
 def task_of(case: Case, domain: Domain) -> Task:
@@ -24,7 +25,7 @@ def task_of(case: Case, domain: Domain) -> Task:
     return Task(
         name=str(case.name),
         method_name=case.method,
-        configured=lambda: case.configured_method,
+        configured=lambda: method_of(case),
         max_nodes=case.limits.max_nodes,
         time_limit=case.limits.seconds,
         settings=case.model_dump(mode="json", exclude={"packing", "schedule"}, exclude_none=True),
@@ -41,6 +42,14 @@ def task_of(case: Case, domain: Domain) -> Task:
         ids=_ids(case, domain),
         ladders=_ladders(case, domain),
     )
+
+
+def method_of(case: Case) -> "Method":
+    """The method of a case, with the options that the case gives it, which `load_case` has checked."""
+    # Imported here since the methods need SciPy, which an estimate does without.
+    from bubblemesh.packing.configure import configured
+
+    return configured(case.method, case.packing, case.schedule)
 
 
 def _open_labels(case: Case, domain: Domain) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ from bubblemesh.records import record
 from bubblemesh.run import warnings
 from bubblemesh.run.completion import Completed, completed
 from bubblemesh.run.estimate import repair_rows, side_motions, spacing_changes
+from bubblemesh.run.limits import within_limits
 from bubblemesh.run.measurement import Measured, measured
 from bubblemesh.run.packing import OnRound, OnShare, PackedProblem, RunOptions, pack
 from bubblemesh.run.report import NodeTargetRow, PlaneRow, RefinementRow, Report
@@ -96,7 +97,7 @@ def mesh_case(
     require_case(case)
     options = RunOptions(on_round, on_share, crew)
     with own_places():
-        return case.within_limits(lambda: mesh_problem(prepare(case), options))
+        return within_limits(case, lambda: mesh_problem(prepare(case), options))
 
 
 def require_case(case: object) -> None:
@@ -107,7 +108,7 @@ def require_case(case: object) -> None:
 
 def run_case(case: Case, options: RunOptions) -> Result | SlicedResult:
     """Mesh a case as `mesh_case` does; what is packed in parts stays where it is kept, if nothing needs all of it."""
-    return case.within_limits(lambda: _run(prepare(case), options))
+    return within_limits(case, lambda: _run(prepare(case), options))
 
 
 def mesh_problem(

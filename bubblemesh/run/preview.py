@@ -8,6 +8,7 @@ from bubblemesh.errors import located
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
 from bubblemesh.run.estimate import estimate
+from bubblemesh.run.limits import within_limits
 
 
 def preview(case: Case, source: str, picture: Path | None = None, *, complete: bool = True) -> dict[str, Any]:
@@ -25,7 +26,7 @@ def preview(case: Case, source: str, picture: Path | None = None, *, complete: b
             draw_preview(problem, picture)  # last: while files get their names no time limit holds
         return figures
 
-    return case.within_limits(found, f"{source}: ")
+    return within_limits(case, found, f"{source}: ")
 
 
 def draw_preview(problem: Problem, picture: Path) -> None:

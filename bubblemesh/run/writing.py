@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol
 from bubblemesh.case import Case
 from bubblemesh.errors import located
 from bubblemesh.run.destination import Destination, StreamDestination
+from bubblemesh.run.limits import within_limits
 from bubblemesh.run.packing import OnRound, OnShare
 from bubblemesh.run.pipeline import Result, SlicedResult
 from bubblemesh.run.report import RoundRow
@@ -55,4 +56,4 @@ def mesh_and_write(
         return Written(result, place.write_result(result))
 
     place.require_writable()
-    return case.within_limits(written, f"{source}: ")
+    return within_limits(case, written, f"{source}: ")

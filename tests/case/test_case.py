@@ -12,6 +12,7 @@ from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.packing.methods import METHODS
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.shapes import areas_of
+from bubblemesh.problem.task import method_of
 
 
 def case_of(text, **options):
@@ -269,9 +270,7 @@ class TestLoading:
         assert both.startswith("overrides: packing.w2: the method 'multilevel' does not use this key")
 
     def test_a_copy_with_another_method_is_configured_anew(self):
-        case = case_of(SQUARE)
-        assert case.configured_method is case.configured_method
-        assert case.model_copy(update={"method": "bpm"}).configured_method == METHODS["bpm"]
+        assert method_of(case_of(SQUARE).model_copy(update={"method": "bpm"})) == METHODS["bpm"]
 
     def test_unknown_method_and_option(self):
         name = next(iter(METHODS))
