@@ -24,7 +24,7 @@ from bubblemesh.problem.python.spacing import SpacingLike, spacing_of
 from bubblemesh.problem.python.task import MAX_NODES, MeshOptions
 from bubblemesh.problem.spacing import with_areas_below, with_metrics
 from bubblemesh.problem.values import values_of
-from bubblemesh.process.limits import Stopwatch
+from bubblemesh.process.stopwatch import Stopwatch
 from bubblemesh.run.limits import within_limits
 from bubblemesh.run.packing import RunOptions
 from bubblemesh.run.pipeline import Result, mesh_case, mesh_problem, require_case

@@ -22,8 +22,10 @@ from bubblemesh.batch.plan import BatchOptions, plan_cases
 from bubblemesh.batch.worker import mesh_job
 from bubblemesh.case import load_case, overrides_of
 from bubblemesh.errors import FileError, LimitError
-from bubblemesh.process import limits
-from bubblemesh.process.limits import Late, enter, settle, time_left, within
+from bubblemesh.process import memory_limit, watchdog
+from bubblemesh.process.limits import within
+from bubblemesh.process.stopwatch import Stopwatch
+from bubblemesh.process.watchdog import Late, enter, settle, time_left
 from bubblemesh.run.pipeline import mesh_case
 
 SQUARE = "domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 0.2\n"
@@ -55,10 +57,10 @@ def _nobody_watches_the_collection_of_garbage():
 def strict(monkeypatch):
     """No grace after the time is up."""
     for name in ("GRACE", "GRACE_SHARE", "SHORT_GRACE", "SHORT_GRACE_SHARE"):
-        monkeypatch.setattr(limits, name, 0.0)
+        monkeypatch.setattr(watchdog, name, 0.0)
 
 
-@pytest.mark.parametrize("stage", limits.STAGES)
+@pytest.mark.parametrize("stage", watchdog.STAGES)
 def test_a_late_run_ends_with_the_name_of_its_stage_and_what_to_do(stage, strict):
     def run():
         enter(stage)
@@ -68,7 +70,7 @@ def test_a_late_run_ends_with_the_name_of_its_stage_and_what_to_do(stage, strict
     with pytest.raises(LimitError) as caught:
         in_time(run, 0.05)
     assert perf_counter() - begun < PLENTY / 4
-    doing, advice = limits.STAGES[stage]
+    doing, advice = watchdog.STAGES[stage]
     assert str(caught.value) == (
         f"limits.seconds: the time limit of 0.05 s was over while {doing}: {advice}, or raise the limit"
     )
@@ -78,33 +80,33 @@ def test_a_late_run_ends_with_the_name_of_its_stage_and_what_to_do(stage, strict
 
 def test_after_a_stage_within_another_one_a_late_run_names_the_outer_one(strict):
     def run():
-        stopwatch = limits.Stopwatch()
+        stopwatch = Stopwatch()
         with stopwatch.stage("spacing"):
             with stopwatch.stage("metric"):
                 pass
             spin()
 
-    with pytest.raises(LimitError, match=limits.STAGES["spacing"][0]):
+    with pytest.raises(LimitError, match=watchdog.STAGES["spacing"][0]):
         in_time(run, 0.05)
 
 
 def test_every_stage_of_the_package_is_known():
-    package = Path(limits.__file__).parents[1]
+    package = Path(watchdog.__file__).parents[1]
     texts = "".join(path.read_text(encoding="utf-8") for path in package.rglob("*.py"))
-    assert {*re.findall(r"(?:stage|enter)\(\"(\w+)\"\)", texts)} <= {*limits.STAGES}
+    assert {*re.findall(r"(?:stage|enter)\(\"(\w+)\"\)", texts)} <= {*watchdog.STAGES}
 
 
-@pytest.mark.parametrize("stage", limits.STAGES)
+@pytest.mark.parametrize("stage", watchdog.STAGES)
 def test_only_a_packing_that_has_begun_may_end_later(stage, monkeypatch):
-    monkeypatch.setattr(limits, "GRACE", PLENTY)
-    monkeypatch.setattr(limits, "SHORT_GRACE", 0.0)
+    monkeypatch.setattr(watchdog, "GRACE", PLENTY)
+    monkeypatch.setattr(watchdog, "SHORT_GRACE", 0.0)
 
     def run():
         enter(stage)
         spin(seconds=0.3)
 
     if stage in ("reading", "geometry", "estimate", "spacing", "metric", "layers"):
-        with pytest.raises(LimitError, match=limits.STAGES[stage][0]):
+        with pytest.raises(LimitError, match=watchdog.STAGES[stage][0]):
             in_time(run, 0.05)
     else:
         in_time(run, 0.05)
@@ -150,7 +152,7 @@ def test_an_error_of_the_run_goes_through(strict):
 
 
 def test_an_exception_that_is_swallowed_is_raised_anew(strict, monkeypatch):
-    monkeypatch.setattr(limits, "AGAIN", 0.3)
+    monkeypatch.setattr(watchdog, "AGAIN", 0.3)
     swallowed = []
 
     def run():
@@ -167,9 +169,9 @@ def test_an_exception_that_is_swallowed_is_raised_anew(strict, monkeypatch):
 
 @pytest.fixture
 def _nothing_kept_from_standard_error():
-    limits._keep_from_standard_error.cache_clear()
+    watchdog._keep_from_standard_error.cache_clear()
     yield
-    limits._keep_from_standard_error.cache_clear()
+    watchdog._keep_from_standard_error.cache_clear()
 
 
 @pytest.mark.usefixtures("_nothing_kept_from_standard_error")
@@ -180,7 +182,7 @@ def test_an_exception_that_python_ignores_is_raised_anew_and_not_told(strict, mo
 
     told = []
     monkeypatch.setattr(sys, "unraisablehook", told.append)
-    monkeypatch.setattr(limits, "AGAIN", 0.3)
+    monkeypatch.setattr(watchdog, "AGAIN", 0.3)
 
     def run():
         Slow()
@@ -251,7 +253,8 @@ def test_every_stage_of_a_run_is_watched(stage, strict, tmp_path, monkeypatch):
     assert perf_counter() - begun < PLENTY / 4
     assert code == 6
     assert (
-        f"error: case.yaml: limits.seconds: the time limit of 1.5 s was over while {limits.STAGES[stage][0]}" in message
+        f"error: case.yaml: limits.seconds: the time limit of 1.5 s was over while {watchdog.STAGES[stage][0]}"
+        in message
     )
     assert not (tmp_path / "out").exists()
     if stage in ("geometry", "spacing"):
@@ -276,7 +279,7 @@ def test_reading_a_solution_is_watched(strict, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.yaml").write_text(SQUARE + "limits: {seconds: 1.5}\n")
     monkeypatch.setattr("bubblemesh.meshfiles.fields.read_nodal_field", spin)
-    told = f"limits.seconds: the time limit of 1.5 s was over while {limits.STAGES['estimate'][0]}"
+    told = f"limits.seconds: the time limit of 1.5 s was over while {watchdog.STAGES['estimate'][0]}"
     code, _, message = command("adapt", "case.yaml", "--solution", "solution.vtu", "-o", "out/")
     assert (code, message.startswith(f"error: case.yaml: {told}")) == (6, True)
     with pytest.raises(LimitError, match=told):
@@ -297,7 +300,7 @@ def test_the_time_of_reading_counts():
         mesh_case(late)
 
 
-needs_memory_limit = pytest.mark.skipif(not limits.memory_can_be_limited(), reason="the system has no such limit")
+needs_memory_limit = pytest.mark.skipif(not memory_limit.memory_can_be_limited(), reason="the system has no such limit")
 
 
 def mapped_limit():
@@ -344,7 +347,7 @@ def test_errors_that_tell_of_memory_are_known_by_their_kind(error, about_memory)
 def megabytes_held():
     import resource
 
-    return int(limits.MEMORY.read_text().split()[1]) * resource.getpagesize() // 10**6
+    return int(memory_limit.MEMORY.read_text().split()[1]) * resource.getpagesize() // 10**6
 
 
 @needs_memory_limit
@@ -410,7 +413,8 @@ def test_a_small_file_is_read_in_little_memory(tmp_path, monkeypatch):
 def test_a_limit_on_time_leaves_that_on_memory_as_it_is(before, seconds):
     """The C library maps a heap of 64 MB for each thread, of which other threads take when theirs is full."""
     code = (
-        "import time\nfrom bubblemesh.process.limits import MEMORY, within\n"
+        "import time\nfrom bubblemesh.process.limits import within\n"
+        "from bubblemesh.process.memory_limit import MEMORY\n"
         "def hold(pieces):\n    return len([bytes(1000) for _ in range(pieces)])\n"
         f"within(lambda: hold(1), {before}, time.perf_counter())\n"
         "held = int(MEMORY.read_text().split()[1]) * 4096 // 10**6\n"
@@ -421,7 +425,7 @@ def test_a_limit_on_time_leaves_that_on_memory_as_it_is(before, seconds):
 
 
 def test_a_system_without_limits_on_memory_is_told_of(monkeypatch, tmp_path):
-    monkeypatch.setattr(limits, "MEMORY", tmp_path / "nothing")
+    monkeypatch.setattr(memory_limit, "MEMORY", tmp_path / "nothing")
     case = load_case("case.yaml", text=SQUARE + "limits: {max_memory_mb: 1}\n")
     (warning,) = [one for one in mesh_case(case).report["warnings"] if "memory" in one]
     assert warning.startswith("limits.max_memory_mb: this system cannot limit")
@@ -459,7 +463,7 @@ def test_a_case_that_is_slow_in_a_stage_ends_in_time(stage):
     case = load_case("case.yaml", text=text(), method=method)
     limited = case.model_copy(update={"limits": case.limits.model_copy(update={"seconds": seconds})})
     begun = perf_counter()
-    with pytest.raises(LimitError, match=f"while {limits.STAGES[stage][0]}"):
+    with pytest.raises(LimitError, match=f"while {watchdog.STAGES[stage][0]}"):
         mesh_case(limited.loaded(replace(case.origin, seconds=0.0), ()))
     assert perf_counter() - begun < seconds + 3
 

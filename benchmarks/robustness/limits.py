@@ -17,7 +17,7 @@ from benchmarks.robustness.commands import Ended, command
 from benchmarks.robustness.trials import note
 from benchmarks.scaling import CASES
 from bubblemesh.errors import LimitError
-from bubblemesh.process.limits import STAGES
+from bubblemesh.process.watchdog import STAGES
 
 PARTS = {  # numbers of parts that were too many once
     "circle": (300_000,),

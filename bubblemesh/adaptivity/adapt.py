@@ -36,7 +36,7 @@ from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.scale import SpacingAtScale, bounded
 from bubblemesh.problem.spacing import SpacingRequest, held_request
 from bubblemesh.problem.task import task_of
-from bubblemesh.process.limits import Stopwatch
+from bubblemesh.process.stopwatch import Stopwatch
 from bubblemesh.records import record
 from bubblemesh.run.packing import OnRound, OnShare, RunOptions
 from bubblemesh.run.pipeline import Result, mesh_problem

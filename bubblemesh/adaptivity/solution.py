@@ -12,7 +12,7 @@ from bubblemesh.meshes.checks import array_of, finite, indices
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.messages import place, two_places
-from bubblemesh.process.limits import enter
+from bubblemesh.process.watchdog import enter
 from bubblemesh.records import record
 
 ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary

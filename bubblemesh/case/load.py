@@ -21,7 +21,8 @@ from bubblemesh.case.sweep import ALONE, SweepError, Variant, key_parts, variant
 from bubblemesh.case.yaml import read_case_text, value_ahead
 from bubblemesh.errors import CaseError, FileError
 from bubblemesh.files import confined_to, with_home
-from bubblemesh.process.limits import allow, within
+from bubblemesh.process.limits import within
+from bubblemesh.process.watchdog import allow
 from bubblemesh.records import record
 
 if TYPE_CHECKING:

@@ -41,7 +41,7 @@ from bubblemesh.case.metric import AnyMetric
 from bubblemesh.case.spacing import AnySpacing, SpacingTerms, as_terms
 from bubblemesh.errors import CaseError
 from bubblemesh.meshfiles.formats import FORMATS_FOR, FormatName, Solver, formats_for
-from bubblemesh.process.limits import unlimited_memory
+from bubblemesh.process.memory_limit import unlimited_memory
 from bubblemesh.spacing.expression import check_parameter_name
 
 MULTILEVEL = "multilevel"  # the method of cases that name none

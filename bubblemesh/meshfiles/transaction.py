@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory, TemporaryFile
 
 from bubblemesh.errors import FileError
 from bubblemesh.files import LONGEST_FILE_NAME, OWNER, bytes_of_name, sync, temporary_folder, unwritten
-from bubblemesh.process.limits import settle
+from bubblemesh.process.watchdog import settle
 
 _PREFIX = ".bubblemesh-"
 

@@ -17,7 +17,7 @@ from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.names import kept_spellings
 from bubblemesh.meshfiles.text import json_text, write_text
 from bubblemesh.meshfiles.transaction import transaction
-from bubblemesh.process.limits import enter
+from bubblemesh.process.watchdog import enter
 
 REPORT_FILE, PAGE_FILE = ".report.json", ".html"
 Page = Callable[[Mapping[str, Any]], str]

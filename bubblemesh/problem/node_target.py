@@ -10,7 +10,7 @@ import numpy as np
 from bubblemesh.errors import NODE_LIMIT, CaseError, Key, LimitError, NodeLimitError, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.problem.problem import Problem, Task
-from bubblemesh.process.limits import Stopwatch
+from bubblemesh.process.stopwatch import Stopwatch
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import rough_nodes

@@ -27,7 +27,8 @@ from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
 from bubblemesh.problem.task import task_of
 from bubblemesh.problem.warnings import FinerSpacing
-from bubblemesh.process.limits import Stopwatch, enter
+from bubblemesh.process.stopwatch import Stopwatch
+from bubblemesh.process.watchdog import enter
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes

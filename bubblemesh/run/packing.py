@@ -13,8 +13,9 @@ from bubblemesh.packing.rounds import Figures, Record, all_rounds
 from bubblemesh.parts.store import IN_MEMORY, Keeping
 from bubblemesh.parts.work import Crew, Deadline, Terms, alone
 from bubblemesh.problem.problem import Problem
-from bubblemesh.process.limits import Stopwatch, enter
 from bubblemesh.process.resources import WorkClock
+from bubblemesh.process.stopwatch import Stopwatch
+from bubblemesh.process.watchdog import enter
 from bubblemesh.records import record
 from bubblemesh.run.report import PartsRow, RoundRow
 from bubblemesh.run.time_limit import CutShort, TimeLimit

@@ -18,8 +18,9 @@ from bubblemesh.parts.work import Crew, alone
 from bubblemesh.problem.node_target import NodeTarget, correct
 from bubblemesh.problem.prepare import prepare
 from bubblemesh.problem.problem import Problem
-from bubblemesh.process.limits import Stopwatch, time_left
 from bubblemesh.process.resources import peak_memory_mb
+from bubblemesh.process.stopwatch import Stopwatch
+from bubblemesh.process.watchdog import time_left
 from bubblemesh.records import record
 from bubblemesh.run import warnings
 from bubblemesh.run.completion import Completed, completed

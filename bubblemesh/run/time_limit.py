@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from bubblemesh.packing.progress import TimeUp
-from bubblemesh.process.limits import time_left
+from bubblemesh.process.watchdog import time_left
 from bubblemesh.records import record
 
 

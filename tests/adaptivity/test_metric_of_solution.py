@@ -29,7 +29,7 @@ from bubblemesh.problem.layers import ladders_of, left_out
 from bubblemesh.problem.prepare import prepare_for
 from bubblemesh.problem.spacing import case_spacing
 from bubblemesh.problem.task import task_of
-from bubblemesh.process.limits import Stopwatch
+from bubblemesh.process.stopwatch import Stopwatch
 
 FAST = "packing: {effort: fast}\n"
 CASE = f"name: a\ndomain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: 0.06\n{FAST}"

@@ -15,7 +15,7 @@ from paths import ROOT
 
 from bubblemesh import __version__
 from bubblemesh.kernels.library import engine
-from bubblemesh.process import limits
+from bubblemesh.process import watchdog
 
 CONFIGS = ROOT / "configs"
 QUICKSTART = CONFIGS / "quickstart.yaml"
@@ -303,7 +303,7 @@ def test_a_missed_requirement_is_told_after_the_mesh_is_written(key, value, squa
 
 def test_a_time_limit_ends_with_6_after_the_mesh_is_written(square, tmp_path, monkeypatch):
     for grace in ("GRACE", "SHORT_GRACE"):  # that all is over in time is not what is tested here
-        monkeypatch.setattr(limits, grace, 60.0)
+        monkeypatch.setattr(watchdog, grace, 60.0)
     ended = bubblemesh("run", square, "-o", "out", "--time-limit", "1e-6", folder=tmp_path)
     assert ended.returncode == 6
     assert b"the time limit of 1e-06 s" in ended.stderr

@@ -21,7 +21,8 @@ from bubblemesh.meshfiles.mesh_files import MeshFiles
 from bubblemesh.meshfiles.read import read_mesh
 from bubblemesh.meshfiles.writing import write_files
 from bubblemesh.parts.store import InFolder, Keeping
-from bubblemesh.process import limits
+from bubblemesh.process import watchdog
+from bubblemesh.process.limits import within
 from bubblemesh.run.packing import RunOptions
 from bubblemesh.run.pipeline import run_case
 
@@ -244,7 +245,7 @@ def test_what_is_written_in_slices_is_read_as_a_whole(made, form, tmp_path):
 
 def test_a_time_limit_does_not_stop_the_hdf5_library_half_way(made, tmp_path, monkeypatch):
     for name in ("GRACE", "GRACE_SHARE"):
-        monkeypatch.setattr(limits, name, 0.0)
+        monkeypatch.setattr(watchdog, name, 0.0)
     sliced = made("disc")
 
     def slowly(part):
@@ -254,7 +255,7 @@ def test_a_time_limit_does_not_stop_the_hdf5_library_half_way(made, tmp_path, mo
         return sliced.read(part)
 
     slow, path = replace(sliced, read=slowly), tmp_path / "disc.xdmf"
-    limits.within(lambda: FORMATS["xdmf"].write_slices(slow, path), 0.05, None, perf_counter())
+    within(lambda: FORMATS["xdmf"].write_slices(slow, path), 0.05, None, perf_counter())
     assert len(read_mesh(path).mesh.triangles) == sliced.triangles
 
 

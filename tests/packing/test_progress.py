@@ -12,7 +12,7 @@ from bubblemesh.packing.progress import TimeUp
 from bubblemesh.packing.rounds import rounds
 from bubblemesh.packing.smoothing import NoSmoothing
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.process import limits
+from bubblemesh.process import watchdog
 from bubblemesh.run.pipeline import mesh_case
 
 CASE = """
@@ -112,7 +112,7 @@ def test_packing_that_is_cut_short_has_the_requested_spacing(share):
 @pytest.mark.long
 def test_later_end_gives_better_triangles(monkeypatch):
     for grace in ("GRACE", "SHORT_GRACE"):  # that all is over in time is not what is tested here
-        monkeypatch.setattr(limits, grace, 60.0)
+        monkeypatch.setattr(watchdog, grace, 60.0)
     text = CASE.replace("0.06", "0.03")
     seconds = [1e-9, 1e9]
     results = [mesh_case(load_case("plate.yaml", text=f"{text}limits: {{seconds: {limit}}}\n")) for limit in seconds]

@@ -193,7 +193,7 @@ def test_the_time_of_each_trial_is_counted_once(monkeypatch):
         return replace(problem, expected_nodes=expected, seconds=stopwatch.seconds)
 
     clock = [0.0]
-    monkeypatch.setattr("bubblemesh.process.limits.perf_counter", lambda: clock[0])
+    monkeypatch.setattr("bubblemesh.process.stopwatch.perf_counter", lambda: clock[0])
     monkeypatch.setattr("bubblemesh.problem.prepare.check_spacing", check)
     found = prepare(case)
     assert len(trials) > 2

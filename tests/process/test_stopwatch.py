@@ -4,7 +4,7 @@ from contextlib import suppress
 
 from bubblemesh.case import load_case
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.process.limits import Stopwatch
+from bubblemesh.process.stopwatch import Stopwatch
 
 CASE = """
 domain: {outer: {rectangle: [0, 0, 2, 1], label: wall}}
@@ -16,7 +16,7 @@ metric: {angle: 0, across: 0.1}
 
 def test_a_stage_within_another_one_counts_by_itself_and_what_was_before_stays(monkeypatch):
     clock = [0.0]
-    monkeypatch.setattr("bubblemesh.process.limits.perf_counter", lambda: clock[0])
+    monkeypatch.setattr("bubblemesh.process.stopwatch.perf_counter", lambda: clock[0])
     stopwatch = Stopwatch({"reading": 5.0})
     with stopwatch.stage("spacing"):
         clock[0] += 1

@@ -27,7 +27,7 @@ from bubblemesh.meshfiles.groups import (
     group_names,
     ids_of_groups,
 )
-from bubblemesh.process.limits import settle
+from bubblemesh.process.watchdog import settle
 from bubblemesh.records import record
 
 _Data = Mapping[str, NDArray[Any]]
