@@ -17,8 +17,8 @@ from bubblemesh.layers.pipeline import HighLayerError, layered
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.walls import fillet_radii
 from bubblemesh.messages import meant
-from bubblemesh.problem.problem import Problem
-from bubblemesh.spacing.rules.grading import Ground
+from bubblemesh.problem.problem import Task
+from bubblemesh.spacing.rules.grading import Ground, LimitedSpacing
 from bubblemesh.spacing.rules.rules import limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources, short_pieces
 from bubblemesh.spacing.spacing import Spacing
@@ -79,25 +79,32 @@ def hidden_below(domain: Domain, ladders: Sequence[Ladder]) -> Floats:
     return hidden
 
 
-def with_layers(problem: Problem, ground: Ground | None) -> tuple[Rest, Spacing, Floats]:
-    """The rest of a problem's domain beside its layers, the spacing there, and the short edges (k, 2, 2) behind it.
+def with_layers(
+    domain: Domain,
+    task: Task,
+    spacing: Spacing,
+    packing: Spacing,
+    after_periodic: LimitedSpacing,
+    ground: Ground | None,
+) -> tuple[Rest, Spacing, Floats]:
+    """The rest of a domain beside the layers of a task, the spacing there, and the short edges (k, 2, 2) behind it.
 
-    Layers are no higher than the spacing that is requested, than which that of the packing may be finer. In a metric
-    both depend on the direction: the spacing beside layers is limited from the one that does not. If that was limited
-    already without layers, this goes on from that ``ground``: their edges are more sources in the same domain.
+    Layers are no higher than the ``spacing`` that is requested, than which that of the ``packing`` may be finer. In a
+    metric both depend on the direction: the spacing beside layers is limited from the one that does not, which is the
+    one ``after_periodic``. If that was limited already without layers, this goes on from that ``ground``: their edges
+    are more sources in the same domain.
 
     HighLayerError if a first layer is higher than the spacing across all of its walls, LimitError if there would be
     more nodes than the task allows.
     """
-    domain, packing, task = problem.domain, problem.packing_spacing, problem.task
 
     def limited(sources: Sources) -> Spacing:
-        return limited_for_packing_across_sides(domain, problem.after_periodic, sources, ground=ground).spacing
+        return limited_for_packing_across_sides(domain, after_periodic, sources, ground=ground).spacing
 
-    rest = layered(domain, problem.spacing, packing, task.ladders, task.max_nodes)
+    rest = layered(domain, spacing, packing, task.ladders, task.max_nodes)
     low = rest.strips.low_fans
     if len(low) and not packing.in_metric:
-        rest = layered(domain, problem.spacing, limited(low), task.ladders, task.max_nodes)
+        rest = layered(domain, spacing, limited(low), task.ladders, task.max_nodes)
     sources = short_pieces(rest.domain, packing)
     beside = limited(sources)
     return rest.held_at_steps(beside), beside, sources.points.reshape(-1, 2, 2)

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
@@ -28,16 +28,33 @@ from bubblemesh.problem.spacing import SpacingRequest, case_spacing
 from bubblemesh.problem.task import task_of
 from bubblemesh.problem.warnings import FinerSpacing
 from bubblemesh.process.stopwatch import Stopwatch
-from bubblemesh.process.watchdog import enter
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import ESTIMATE, ideal_nodes
+from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes
 
 if TYPE_CHECKING:
+    from bubblemesh.layers.rest import Rest
     from bubblemesh.problem.metric import MetricRequest
     from bubblemesh.problem.metric_spacing import InMetric
 
 NODES = Key(["spacing", "nodes"])
+
+
+class _Packable(NamedTuple):
+    """What a packing takes of a domain and its spacing, as far as it is found."""
+
+    spacing: Spacing  # that is asked for
+    survey: Survey  # of it
+    packing: Spacing  # that the packing goes by
+    nodes: float  # the ideal number of the packing
+    warnings: tuple[str, ...]
+    rest: "Rest | None" = None  # of the domain beside boundary layers, if there are any
+
+    @classmethod
+    def of(cls, requested: RequestedSpacing, fitted: Fitted, warned: tuple[str, ...]) -> "_Packable":
+        """What is found for circles in all of the domain."""
+        filled = fitted.filled
+        return cls(requested.spacing, requested.survey, filled.spacing.spacing, filled.expected_nodes, warned)
 
 
 def prepare(case: Case) -> Problem:
@@ -126,6 +143,7 @@ def check_spacing(
     A spacing that does not fit is a CaseError or a LimitError, with the place and what to do.
     """
     require_possible(domain, request, task)
+    # 1. The spacing that is asked for, and the one that the packing goes by: finer where the boundary needs it.
     with stopwatch.stage("spacing"):
         hidden = _hidden(domain, task)
         requested = requested_spacing(domain, request, scale, task.max_nodes, hidden)
@@ -133,28 +151,20 @@ def check_spacing(
         spacing = requested.spacing if metric is None else metric.requested
         fitted = fitted_to_boundary(domain, requested, spacing, request.rules, task.max_nodes, hidden)
         warned = _warnings(domain, request, task, scale, requested, fitted)
-    problem = Problem(
-        task=task,
-        domain=domain,
-        spacing=requested.spacing,
-        packing_spacing=fitted.filled.spacing.spacing,
-        survey=requested.survey,
-        expected_nodes=fitted.filled.expected_nodes,
-        before_rules=requested.before_rules,
-        rules=request.rules,
-        after_rules=requested.after_rules,
-        after_periodic=requested.after_periodic,
-        warnings=warned,
-        seconds=stopwatch.seconds,
-    )
-    problem = problem if metric is None else _in_metric(problem, metric, stopwatch)
+    found = _Packable.of(requested, fitted, warned)
+    # 2. In a metric both depend on the direction.
+    if metric is not None:
+        with stopwatch.stage("metric"):
+            found = _in_metric(found, domain, metric, task.max_nodes)
+    # 3. Boundary layers leave the rest of the domain to the packing.
     if task.ladders:
         # Imported here since few meshes have layers.
         from bubblemesh.layers.pipeline import HighLayerError
         from bubblemesh.problem.layers import left_out
 
         try:
-            problem = _beside_layers(problem, fitted.filled.spacing, metric, stopwatch)
+            with stopwatch.stage("layers"):
+                found = _beside_layers(found, domain, requested, fitted.filled.spacing, metric, task)
         except HighLayerError as error:
             if not task.adapted:
                 raise
@@ -162,7 +172,21 @@ def check_spacing(
             request = replace(request, warnings=(*request.warnings, lacking))
             fewer = check_spacing(domain, request, replace(task, ladders=ladders), stopwatch, scale)
             return replace(fewer, task=task)  # with a larger scale, for a number of nodes, they may all have room
-    return replace(problem, warnings=(*problem.warnings, *warnings.small_parts(task.parts, problem.packed_nodes)))
+    return Problem(
+        task=task,
+        domain=domain,
+        spacing=found.spacing,
+        packing_spacing=found.packing,
+        survey=found.survey,
+        expected_nodes=found.nodes + (0 if found.rest is None else found.rest.own_nodes),
+        before_rules=requested.before_rules,
+        rules=request.rules,
+        after_rules=requested.after_rules,
+        after_periodic=requested.after_periodic,
+        warnings=(*found.warnings, *warnings.small_parts(task.parts, found.nodes)),
+        seconds=stopwatch.seconds,
+        rest=found.rest,
+    )
 
 
 def _hidden(domain: Domain, task: Task) -> Floats | None:
@@ -226,44 +250,34 @@ def _metric(
     )
 
 
-def _in_metric(problem: Problem, metric: "InMetric", stopwatch: Stopwatch) -> Problem:
-    """The problem in a metric."""
-    domain, max_nodes = problem.domain, problem.task.max_nodes
-    with stopwatch.stage("metric"):
-        packing = metric.packing(domain, problem.packing_spacing, max_nodes)
-        expected = ideal_nodes(domain, packing, max_nodes, ESTIMATE, problem.survey.cover)
-    return replace(
-        problem,
-        spacing=metric.requested,
-        packing_spacing=packing,
-        survey=metric.survey,
-        expected_nodes=expected,
-        warnings=once_each((*problem.warnings, *metric.warnings)),
-        seconds=stopwatch.seconds,
-    )
+def _in_metric(found: _Packable, domain: Domain, metric: "InMetric", max_nodes: int) -> _Packable:
+    """What is found, in a metric."""
+    packing = metric.packing(domain, found.packing, max_nodes)
+    nodes = ideal_nodes(domain, packing, max_nodes, ESTIMATE, found.survey.cover)
+    return _Packable(metric.requested, metric.survey, packing, nodes, once_each((*found.warnings, *metric.warnings)))
 
 
 def _beside_layers(
-    problem: Problem, fitted: LimitedSpacing, metric: "InMetric | None", stopwatch: Stopwatch
-) -> Problem:
-    """The problem of what boundary layers leave; without them its spacing is ``fitted`` to the boundary."""
+    found: _Packable,
+    domain: Domain,
+    requested: RequestedSpacing,
+    fitted: LimitedSpacing,
+    metric: "InMetric | None",
+    task: Task,
+) -> _Packable:
+    """What is found, beside boundary layers; without them the spacing is ``fitted`` to the boundary."""
     # Imported here since few meshes have layers.
     from bubblemesh.layers.figures import layer_figures
     from bubblemesh.problem.layers import with_layers
 
-    enter("layers")
-    task = problem.task
-    with stopwatch.stage("layers"):
-        rest, packing, short = with_layers(problem, fitted.ground)
-        if metric is not None:
-            packing = metric.packing(rest.domain, fitted.spacing, task.max_nodes, (packing, short))
-        expected = rest.own_nodes + ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE)
-        warned = (*problem.warnings, *warnings.low_layers(layer_figures(rest.strips)))
-    return replace(
-        problem,
-        packing_spacing=packing,
-        expected_nodes=expected,
-        warnings=once_each(warned),
-        seconds=stopwatch.seconds,
+    rest, packing, short = with_layers(
+        domain, task, found.spacing, found.packing, requested.after_periodic, fitted.ground
+    )
+    if metric is not None:
+        packing = metric.packing(rest.domain, fitted.spacing, task.max_nodes, (packing, short))
+    return found._replace(
+        packing=packing,
+        nodes=ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE),
+        warnings=once_each((*found.warnings, *warnings.low_layers(layer_figures(rest.strips)))),
         rest=rest,
     )

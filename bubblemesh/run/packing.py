@@ -15,7 +15,6 @@ from bubblemesh.parts.work import Crew, Deadline, Terms, alone
 from bubblemesh.problem.problem import Problem
 from bubblemesh.process.resources import WorkClock
 from bubblemesh.process.stopwatch import Stopwatch
-from bubblemesh.process.watchdog import enter
 from bubblemesh.records import record
 from bubblemesh.run.report import PartsRow, RoundRow
 from bubblemesh.run.time_limit import CutShort, TimeLimit
@@ -112,7 +111,6 @@ def _refined(packing: PackedProblem, limit: TimeLimit) -> PackedProblem:
     """The packing with the nodes that the demands on each triangle take."""
     problem, stopwatch, cut_short = packing.problem, Stopwatch(packing.seconds), packing.cut_short
     assert isinstance(packing.packed, Net)  # demands need all of it at once
-    enter("refinement")
     with stopwatch.stage("refinement"):
         refinement = Refinement(problem.packed_domain, problem.packing_spacing, problem.demands)
         refined = refinement(packing.packed, limit)
