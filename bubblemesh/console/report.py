@@ -29,7 +29,7 @@ def show_estimate(figures: Mapping[str, Any], to: Terminal) -> None:
     x0, y0, x1, y1 = figures["bounds"]
     size = max(x1 - x0, y1 - y0)
     x, y = ([coordinate(end, size) for end in ends] for ends in ((x0, x1), (y0, y1)))
-    scale = f", with the spacing times {figures['budget']['scale']:.4g}" if "budget" in figures else ""
+    scale = f", with the spacing times {figures['node_target']['scale']:.4g}" if "node_target" in figures else ""
     pieces = f"{counted(figures['pieces'], 'piece')}, " if figures["pieces"] > 1 else ""
     rows = {
         "domain": f"[{x[0]}, {x[1]}] x [{y[0]}, {y[1]}], area {figures['area']:.6g}, "
@@ -196,10 +196,10 @@ def _asked_for(figures: Mapping[str, Any]) -> dict[str, str]:
         rows["water"] = _water(figures["water"])
     if "adaptation" in figures:
         rows |= _adaptation(figures["adaptation"])
-    if "budget" in figures:
-        budget = figures["budget"]
-        meshes = counted(len(budget["attempts"]), "attempt")
-        rows["budget"] = f"{budget['nodes']} nodes, met by the spacing times {budget['scale']:.4g}, in {meshes}"
+    if "node_target" in figures:
+        target = figures["node_target"]
+        meshes = counted(len(target["attempts"]), "attempt")
+        rows["target"] = f"{target['nodes']} nodes, met by the spacing times {target['scale']:.4g}, in {meshes}"
     if "refinement" in figures:
         rows["refined"] = _refinement(figures["refinement"])
     if "layers" in figures:

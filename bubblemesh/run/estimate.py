@@ -78,7 +78,7 @@ def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
         **({"metric": {"aspect": problem.spacing.aspect}} if isinstance(problem.spacing, MetricSpacing) else {}),
         **({"packed_spacing": problem.packing_extremes} if problem.packed_finer else {}),
         **spacing_changes(problem),
-        **({} if target is None else {"budget": {"nodes": target.nodes, "scale": target.scale}}),
+        **({} if target is None else {"node_target": {"nodes": target.nodes, "scale": target.scale}}),
         **({} if layers is None else {"layers": layers}),
         "ideal_nodes": survey.ideal_nodes,
         "expected_nodes": problem.expected_nodes,

@@ -214,7 +214,7 @@ def _report(
         warnings=_report_warnings(best, found, done),
         repairs=repair_rows(problem.domain),
         refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
-        budget=node_target,
+        node_target=node_target,
         adaptation=adaptation,
         parts=best.parts,
         partition=None if done.partition is None else done.partition.figures(),

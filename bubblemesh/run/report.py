@@ -160,7 +160,7 @@ class Report(Mapping[str, Any]):
     peak_memory_mb: float | None
     warnings: tuple[str, ...]
     repairs: tuple[RepairRow, ...] | None = None
-    budget: NodeTargetRow | None = None
+    node_target: NodeTargetRow | None = None
     refinement: RefinementRow | None = None
     adaptation: Mapping[str, Any] | None = None
     parts: PartsRow | None = None

@@ -146,7 +146,7 @@ def test_without_a_target_as_many_nodes_are_finer_where_the_error_is_and_coarser
 def test_the_number_of_nodes_is_met(plate, options, override, nodes):
     report = bubblemesh.adapt(case_of(PLATE, *override), bump(plate), **options).report
     assert abs(report["nodes"] - nodes) <= 0.02 * nodes
-    assert report["budget"]["nodes"] == nodes
+    assert report["node_target"]["nodes"] == nodes
 
 
 @pytest.mark.long

@@ -296,7 +296,7 @@ def test_a_number_of_nodes_takes_several_attempts_where_the_first_one_misses():
     text = HOLES.replace("0.07", "{value: 0.1, nodes: 150}")
     result = mesh_case(case(text, 5))
     check_mesh(result.mesh)
-    assert len(result.report["budget"]["attempts"]) > 1
+    assert len(result.report["node_target"]["attempts"]) > 1
 
 
 def test_a_late_packing_ends_with_a_valid_mesh(monkeypatch):

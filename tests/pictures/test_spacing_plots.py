@@ -188,7 +188,7 @@ def test_same_problem_same_bytes(tmp_path, ending):
 @pytest.mark.long
 def test_an_estimate_tells_what_the_rules_changed_and_the_scale():
     found = estimate(problem_of(STEEP))
-    assert found["budget"]["nodes"] == 700
+    assert found["node_target"]["nodes"] == 700
     assert found["expected_nodes"] == pytest.approx(700, rel=0.01)
     assert found["rules"]["ratio"] > 3
     x, y = found["rules"]["ratio_at"]

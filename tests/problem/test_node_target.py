@@ -45,7 +45,7 @@ spacing: {value: 1 + x, per_circle: 24, across: 3, growth: 0.2, minimum: 0.004, 
 
 
 def report_of(text, *overrides):
-    return bubblemesh.mesh_case(load_case("budget.yaml", text=text, overrides=overrides)).report
+    return bubblemesh.mesh_case(load_case("plate.yaml", text=text, overrides=overrides)).report
 
 
 def with_nodes(text, nodes, *overrides):
@@ -61,8 +61,8 @@ FEW = [(name, 150) for name in DOMAINS if name not in ("comb", "ruled")]
 def test_meshes_have_the_nodes_to_two_per_cent(name, nodes):
     report = with_nodes(DOMAINS[name], nodes)
     assert abs(report["nodes"] - nodes) <= 0.02 * nodes
-    assert report["budget"]["nodes"] == nodes
-    assert {"scale": report["budget"]["scale"], "nodes": report["nodes"]} in report["budget"]["attempts"]
+    assert report["node_target"]["nodes"] == nodes
+    assert {"scale": report["node_target"]["scale"], "nodes": report["nodes"]} in report["node_target"]["attempts"]
     assert not any("asked for" in warning for warning in report["warnings"])
 
 
@@ -71,12 +71,12 @@ def test_meshes_have_the_nodes_to_two_per_cent(name, nodes):
 def test_published_methods_have_them_too(method):
     report = with_nodes(BARE["1"], 200, f"method={method}", "schedule.iterations=100", "schedule.rounds=5")
     assert abs(report["nodes"] - 200) <= 4
-    assert len(report["budget"]["attempts"]) > 1
+    assert len(report["node_target"]["attempts"]) > 1
 
 
 def test_the_scale_that_is_reported_is_that_of_the_spacing():
     report = with_nodes(BARE["1"], 300)
-    again = report_of(BARE["1"], f"spacing.scale={report['budget']['scale']!r}")
+    again = report_of(BARE["1"], f"spacing.scale={report['node_target']['scale']!r}")
     assert again["nodes"] == report["nodes"]
     assert again["quality"] == report["quality"]
 
@@ -92,7 +92,7 @@ def test_spacings_of_regions_are_scaled_too():
 
 def test_the_nodes_decide_whatever_the_scale_of_the_case_was():
     one, other = (with_nodes(BARE["3"], 300, f"spacing.scale={scale}") for scale in (1, 1e-7))
-    assert one["budget"] == other["budget"]
+    assert one["node_target"] == other["node_target"]
 
 
 def test_limits_of_the_spacing_hold():
@@ -136,7 +136,7 @@ def test_slopes_go_with_the_scale_which_a_warning_tells():
 def test_without_a_value_the_nodes_decide_on_the_maximum(terms):
     report = with_nodes(BARE["1"].replace("0.1", f"{{{terms}maximum: 0.1}}"), 1500)
     assert report["nodes"] == pytest.approx(1500, rel=0.02)
-    assert report["budget"]["scale"] < 1
+    assert report["node_target"]["scale"] < 1
 
 
 def test_more_nodes_than_the_limit_are_an_error():
@@ -149,8 +149,8 @@ def test_what_no_mesh_meets_is_met_as_nearly_as_can_be_and_told():
     report = with_nodes(f"domain: {{outer: {{polygon: {STAR}}}}}\nspacing: 1\n", 100)
     (warning,) = [warning for warning in report["warnings"] if "asked for" in warning]
     assert f"{report['nodes']} nodes, {report['nodes'] - 100:.1f}% more than the 100" in warning
-    assert report["nodes"] == min(attempt["nodes"] for attempt in report["budget"]["attempts"])
-    assert len({attempt["scale"] for attempt in report["budget"]["attempts"]}) > 1
+    assert report["nodes"] == min(attempt["nodes"] for attempt in report["node_target"]["attempts"])
+    assert len({attempt["scale"] for attempt in report["node_target"]["attempts"]}) > 1
 
 
 def test_time_of_all_attempts_is_told():
@@ -176,7 +176,7 @@ def test_scales_that_are_nearly_the_same_are_packed_once(factor, attempts, monke
     monkeypatch.setattr("bubblemesh.run.pipeline.correct", correct)
     monkeypatch.setattr(NodeTarget, "is_missed_by", lambda target, nodes: True)
     report = with_nodes(BARE["1"], 30, "packing.placement=diffusion", "packing.effort=fast")
-    assert len(report["budget"]["attempts"]) == attempts
+    assert len(report["node_target"]["attempts"]) == attempts
 
 
 def test_the_time_of_each_trial_is_counted_once(monkeypatch):
@@ -366,7 +366,7 @@ def test_the_case_of_the_page_has_its_nodes_and_its_scale_gives_the_same_mesh():
     (text,) = re.findall(r"```yaml\n(.*?)```", SECTIONS["A number of nodes"], flags=re.DOTALL)
     one = bubblemesh.mesh_case(load_case("plate.yaml", text=text))
     assert len(one.mesh.points) == pytest.approx(2000, rel=0.02)
-    scaled = text.replace("nodes: 2000", f"scale: {one.report['budget']['scale']!r}")
+    scaled = text.replace("nodes: 2000", f"scale: {one.report['node_target']['scale']!r}")
     other = bubblemesh.mesh_case(load_case("plate.yaml", text=scaled))
     assert one.mesh.points.tobytes() == other.mesh.points.tobytes()
 

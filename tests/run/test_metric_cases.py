@@ -380,7 +380,7 @@ def test_a_metric_is_scaled_for_a_number_of_nodes(nodes):
     result = meshed(FRONT, spacing={"value": 0.06, "nodes": nodes})
     assert result.report.nodes == pytest.approx(nodes, rel=0.02)
     assert result.report.metric.aspect == pytest.approx(3, rel=0.1)  # all sizes go with the scale
-    assert result.report.budget.nodes == nodes
+    assert result.report.node_target.nodes == nodes
 
 
 STRIPS = [(0.1, 0.2), (0.1, 10.0), (0.05, 10.0), (0.05, 0.2), (0.02, 0.2), (0.02, 10.0)]

@@ -193,7 +193,7 @@ def test_requested_numbers_that_lattices_miss_are_met_one_by_one():
     text = "domain: {outer: {rectangle: [0, 0, 10, 1]}}\nspacing: {value: 1, nodes: 1700}\npacking: {effort: fast}\n"
     result = mesh_case(load_case("strip.yaml", text=text)).report
     assert result.nodes == pytest.approx(1700, rel=0.02)
-    attempts = result["budget"]["attempts"]
+    attempts = result["node_target"]["attempts"]
     assert len(attempts) > MOST_BY_ROWS
     assert result["parameters"]["packing"]["placement"] == "diffusion"
     assert all(abs(attempt["nodes"] - 1700) > 0.02 * 1700 for attempt in attempts[:MOST_BY_ROWS])
