@@ -191,7 +191,7 @@ def _problem(drawing: ProgramRings, spacing: SpacingLike, options: MeshOptions) 
         if request.nodes is not None:
             raise CaseError("nodes: is given twice, also as spacing['nodes']: drop one of them")
         request = replace(request, nodes=int(options.nodes))
-    return prepare_in(domain, request, task, Stopwatch(), Key(["nodes"]))
+    return prepare_in(domain, replace(request, nodes_key=Key(["nodes"])), task, Stopwatch())
 
 
 def adapt(

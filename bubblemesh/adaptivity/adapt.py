@@ -31,10 +31,10 @@ from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.metric import MetricRequest
 from bubblemesh.problem.node_target import out_of_reach
-from bubblemesh.problem.prepare import NODES, near_target, prepare_for
+from bubblemesh.problem.prepare import near_target, prepare_for
 from bubblemesh.problem.problem import Problem
 from bubblemesh.problem.scale import SpacingAtScale, bounded
-from bubblemesh.problem.spacing import SpacingRequest, held_request
+from bubblemesh.problem.spacing import NODES, SpacingRequest, held_request
 from bubblemesh.problem.task import task_of
 from bubblemesh.process.stopwatch import Stopwatch
 from bubblemesh.records import record
@@ -174,7 +174,8 @@ def _next_problem(
     at = bounded(terms, (Spacing(field),), field.spots)
     request = _held(case, domain, at, solution)
     rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
-    request = replace(request, rules=rules, nodes=nodes, nearest=target.instead_of(len(solution.points), terms))
+    request = replace(request, rules=rules, nodes=nodes, nodes_key=_key(target, terms))
+    request = replace(request, nearest=target.instead_of(len(solution.points), terms))
     task = replace(task_of(case, domain), adapted=True)
     inner = complement(len(solution.points), rim_nodes(solution.triangles))
     present = PreviousNodes(solution.points[inner], now[inner])
@@ -182,7 +183,7 @@ def _next_problem(
     if share >= FEWEST_KEPT:
         task = replace(task, previous=present)
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return prepare_for(case, domain, request, task, stopwatch, _key(target, terms)), start
+    return prepare_for(case, domain, request, task, stopwatch), start
 
 
 def _expected(solution: Solution, estimate: Estimate, spacing: Spacing) -> float:
@@ -225,7 +226,7 @@ def _next_in_metric(
     task = replace(task_of(case, domain), adapted=True)
     held = _held(case, domain, lambda scale: coarse, solution)
     held = replace(held, nodes=None, rules=replace(held.rules, growth=None), warnings=(*held.warnings, *notes))
-    held = replace(held, nearest=target.instead_of(len(points), terms))
+    held = replace(held, nodes_key=_key(target, terms), nearest=target.instead_of(len(points), terms))
     growth = terms.growth or GROWTH_IN_METRIC
 
     def scaled(held: SpacingRequest) -> tuple[Problem, SpacingRequest]:
@@ -234,7 +235,7 @@ def _next_in_metric(
         for _ in range(ATTEMPTS):
             tensors = scaled_for(*mesh, best, aim, sizes, MOST_ASPECT)
             tensors = graded_across_sides(domain, *mesh, tensors, growth)
-            metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, _key(target, terms)),)
+            metrics = (MetricRequest(TensorField.of(*mesh, tensors), MOST_ASPECT, held.nodes_key),)
             request = replace(held, metrics=metrics)
             problem = prepare_for(case, domain, request, task, stopwatch)
             if abs(problem.expected_nodes / nodes - 1) < CLOSE:
@@ -248,7 +249,7 @@ def _next_in_metric(
         other = scaled(replace(held, rules=replace(held.rules, across=0.0)))
         problem, request = min((problem, request), other, key=lambda found: found[0].expected_nodes)
         problem = replace(problem, seconds=stopwatch.seconds)  # of both
-    return _aimed(problem, request, nodes, target, terms), {"unchanged": 0.0, "start": "method", "anisotropic": True}
+    return _aimed(problem, request, nodes, target), {"unchanged": 0.0, "start": "method", "anisotropic": True}
 
 
 def _held(case: Case, domain: Domain, at: SpacingAtScale, solution: Solution) -> SpacingRequest:
@@ -263,20 +264,20 @@ def _held(case: Case, domain: Domain, at: SpacingAtScale, solution: Solution) ->
     return replace(request, warnings=(*request.warnings, note))
 
 
-def _aimed(problem: Problem, request: SpacingRequest, nodes: float, target: Target, terms: SpacingTerms) -> Problem:
+def _aimed(problem: Problem, request: SpacingRequest, nodes: float, target: Target) -> Problem:
     """A problem in a metric, with the number of nodes as its target if that is what is asked for.
 
     A number that cannot be had is an error, but for the default, in place of which the nearest one will do.
     """
-    expected, key = problem.expected_nodes, _key(target, terms)
+    expected = problem.expected_nodes
     missed = abs(expected / nodes - 1) > MISSED
     if target.error is not None and (expected > nodes or not missed):  # the coarsest mesh has less of an error
         return problem
     if missed and request.nearest is None:
-        with at_key(*key):
+        with at_key(*request.nodes_key):
             raise out_of_reach(nodes, expected)
     # What is made is counted too.
-    return near_target(problem, request, round(expected if missed else nodes), key, instead=missed)
+    return near_target(problem, request, round(expected if missed else nodes), instead=missed)
 
 
 def _other_number(before: int, argument: str, found: int) -> str:

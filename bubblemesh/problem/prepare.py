@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from bubblemesh.arrays import Floats
 from bubblemesh.case import Case
 from bubblemesh.case.models import IN_METRIC
-from bubblemesh.errors import CaseError, Key, LimitError
+from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from bubblemesh.layers.rest import Rest
     from bubblemesh.problem.metric import MetricRequest
     from bubblemesh.problem.metric_spacing import InMetric
-
-NODES = Key(["spacing", "nodes"])
 
 
 class _Packable(NamedTuple):
@@ -68,14 +66,12 @@ def prepare(case: Case) -> Problem:
         return prepare_for(case, domain, request, task_of(case, domain), stopwatch)
 
 
-def prepare_for(
-    case: Case, domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch, key: Key = NODES
-) -> Problem:
+def prepare_for(case: Case, domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch) -> Problem:
     """Make a problem of a case's domain and a spacing request, and check all that both have to fit; as `prepare_in`."""
     if request.nodes is None:  # else the spacing is not known yet
         gap_notes = open_gaps(case, domain, _before_rules(request, None))
         request = replace(request, warnings=(*request.warnings, *gap_notes))
-    problem = prepare_in(domain, request, replace(task, depth=request.depth), stopwatch, key)
+    problem = prepare_in(domain, request, replace(task, depth=request.depth), stopwatch)
     if case.crs is None:
         require_one_unit(case.domain, domain, problem.survey.extremes.minimum)
     if request.nodes is None:
@@ -85,38 +81,38 @@ def prepare_for(
     return problem
 
 
-def prepare_in(domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch, key: Key) -> Problem:
-    """Make a problem of a domain and a spacing request; ``key`` is that of its number of nodes."""
+def prepare_in(domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch) -> Problem:
+    """Make a problem of a domain and a spacing request."""
     nodes = request.nodes
     if nodes is None:
         return check_spacing(domain, request, task, stopwatch)
     known: tuple[CountTrial, ...] = ()
     if request.rules.across is None:
         with suppress(CaseError, LimitError), stopwatch.stage("spacing"):
-            problem = fit_node_target(_search(domain, request, nodes, task, stopwatch.seconds, key))
+            problem = fit_node_target(_search(domain, request, nodes, task, stopwatch.seconds))
             if abs(problem.expected_nodes - nodes) <= CLOSE * nodes:
                 return problem
             known = () if problem.node_target is None else problem.node_target.trials
         # What narrow parts take by themselves must not put the number out of reach.
         request = replace(request, rules=replace(request.rules, across=0.0))
-    return fit_node_target(_search(domain, request, nodes, task, stopwatch.seconds, key), known)
+    return fit_node_target(_search(domain, request, nodes, task, stopwatch.seconds), known)
 
 
-def near_target(problem: Problem, request: SpacingRequest, nodes: int, key: Key, *, instead: bool) -> Problem:
+def near_target(problem: Problem, request: SpacingRequest, nodes: int, *, instead: bool) -> Problem:
     """A problem of a spacing request in which about so many nodes are expected, with their number as its target.
 
     If that is the nearest one, ``instead`` of what was asked for, there is a warning.
     """
-    search = _search(problem.domain, request, nodes, problem.task, problem.seconds, key)
+    search = _search(problem.domain, request, nodes, problem.task, problem.seconds)
     return (search.instead(nodes) if instead else search).of(problem, 1.0)
 
 
 def _search(
-    domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: Mapping[str, float], key: Key
+    domain: Domain, request: SpacingRequest, nodes: int, task: Task, seconds: Mapping[str, float]
 ) -> ScaleSearch:
     check = partial(check_spacing, domain, request)
     scales = Scales.of(domain, partial(_before_rules, request))
-    return ScaleSearch(nodes, scales, check, task, seconds, key, request.nearest)
+    return ScaleSearch(nodes, scales, check, task, seconds, request.nodes_key, request.nearest)
 
 
 def _before_rules(request: SpacingRequest, scale: float | None) -> Spacing:

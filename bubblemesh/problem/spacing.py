@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from bubblemesh.problem.data_terms import DataFunction
     from bubblemesh.problem.metric import MetricRequest
 
+NODES = Key(["spacing", "nodes"])
 NO_SPOTS = np.zeros((0, 2))
 NO_RULES, NOT_GIVEN = Rules(), NodeDepthKeys()
 
@@ -62,6 +63,7 @@ class SpacingRequest:
     metrics: "tuple[MetricRequest, ...]" = ()  # below the spacing
     depth: NodeDepth | None = None  # that the mesh is written with
     rasters: Rasters = field(default_factory=dict)  # that expressions may name
+    nodes_key: Key = NODES  # of the number of nodes, or of what it follows from
     nearest: Callable[[int], str] | None = None  # if the nearest number of nodes will do, the warning of another one
 
 
