@@ -3,10 +3,13 @@
 from collections.abc import Callable
 
 from bubblemesh.case.models import IN_METRIC
-from bubblemesh.errors import CaseError, Key, about
+from bubblemesh.errors import CaseError, Key, about, at_key
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.problem.problem import Task
+from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.spacing import SpacingRequest
+
+FEW_NODES = 100  # below which the boundary decides the number
+MOST_TRIANGLES = 4.0  # for each node that is expected, twice as many as there are
 
 
 def require_possible(domain: Domain, request: SpacingRequest, task: Task) -> None:
@@ -17,6 +20,22 @@ def require_possible(domain: Domain, request: SpacingRequest, task: Task) -> Non
         with about(Key(["method"])):
             raise CaseError(f"method: {task.method_name} packs no metric: leave method out, or use {IN_METRIC}")
     _require_still_boundary(domain, task)
+
+
+def require_triangles_for_parts(problem: Problem) -> None:
+    """Check that the mesh may have a triangle for each part that a parallel solver gets; else it is a CaseError.
+
+    Only what is surely too much is refused: how many triangles there are is known once the mesh is there, and demands
+    on each triangle may add any number.
+    """
+    parts, expected = problem.task.partition, problem.expected_nodes
+    if parts is None or problem.task.demanded or parts <= MOST_TRIANGLES * max(expected, FEW_NODES):
+        return
+    with at_key("output", "partition"):
+        raise CaseError(
+            f"a mesh of about {expected:.0f} nodes, with twice as many triangles, has none for each of {parts} parts: "
+            "ask for fewer, or for a finer spacing"
+        )
 
 
 def _require_still_boundary(domain: Domain, task: Task) -> None:

@@ -13,9 +13,8 @@ from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
-from bubblemesh.problem.compatibility import require_possible
+from bubblemesh.problem.compatibility import require_possible, require_triangles_for_parts
 from bubblemesh.problem.crs import given_bounds, require_one_unit, sizes_in_metres
-from bubblemesh.problem.division import require_triangles_for_parts
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.files import unit_of_files
 from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bubblemesh.messages import place
-from bubblemesh.problem.division import FEW_NODES
+from bubblemesh.problem.compatibility import FEW_NODES
 from bubblemesh.problem.warnings import MOST_ANGLES
 
 if TYPE_CHECKING:
