@@ -76,7 +76,7 @@ def require_beside_each_other(shapes: Sequence[shapely.Polygon], names: Sequence
         raise error
 
 
-def simplified(shapes: Sequence[shapely.Polygon], length: float, work: Work) -> list[shapely.Polygon]:
+def simplified_areas(shapes: Sequence[shapely.Polygon], length: float, work: Work) -> list[shapely.Polygon]:
     """The polygons with fewer vertices, none of them farther than ``length`` from the rings that are left.
 
     The algorithm of Ramer, Douglas and Peucker; where areas have common sides, which stay so, that of Visvalingam and

@@ -25,7 +25,7 @@ class StraightRun(NamedTuple):
         return min(self.points, self.points[::-1])
 
 
-def simplified(
+def simplified_lines(
     lines: Sequence[OpenPath], tolerances: Sequence[float], rings: Sequence[Ring], stay: Set[Point]
 ) -> list[OpenPath]:
     """The lines without vertices that are no farther from what is left of them than a tolerance, 0 for none.

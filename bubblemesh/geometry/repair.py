@@ -18,7 +18,7 @@ from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.area_detail import (
     changed_areas,
     require_beside_each_other,
-    simplified,
+    simplified_areas,
     without_small,
     without_small_neighbours,
 )
@@ -78,7 +78,7 @@ class Repair:
         if self.smallest is not None:
             shapes = without_small(shapes, self.smallest, work)
         if self.simplify is not None and shapes:
-            shapes = simplified(shapes, self.simplify, work)
+            shapes = simplified_areas(shapes, self.simplify, work)
         if not shapes:
             raise GeometryError(f"nothing is left of {counted(len(areas), 'area')} after the repair: keep larger parts")
         if not work.changes:
@@ -97,7 +97,7 @@ class Repair:
             shapes, names = without_small_neighbours(shapes, names, self.smallest, work)
         if self.simplify is not None and shapes:
             require_beside_each_other(shapes, names)
-            given, shapes = shapes, simplified(shapes, self.simplify, work)
+            given, shapes = shapes, simplified_areas(shapes, self.simplify, work)
             work.notes += changed_areas(given, shapes, names)
         if not shapes:
             raise GeometryError(f"nothing is left of {counted(len(areas), 'area')} after the repair: keep larger parts")

@@ -48,7 +48,7 @@ def numbered(count: int) -> NDArray[np.int64]:
     return np.arange(1, count + 1, dtype=np.int64)
 
 
-def listed(numbers: NDArray[Any], width: int) -> str:
+def number_lines(numbers: NDArray[Any], width: int) -> str:
     """Numbers (n,) separated by commas, ``width`` of them in a line."""
     values = [str(number) for number in numbers.tolist()]
     return "".join(", ".join(values[k : k + width]) + "\n" for k in range(0, len(values), width))

@@ -10,7 +10,7 @@ from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.case.lines_and_points import LineFile, LineKeys, PointFile, PointKeys
 from bubblemesh.errors import Key, about, prefixed
 from bubblemesh.geometry.following import Following
-from bubblemesh.geometry.line_detail import simplified
+from bubblemesh.geometry.line_detail import simplified_lines
 from bubblemesh.geometry.line_ends import joined, shared_vertices
 from bubblemesh.geometry.map_projection import MapProjection
 from bubblemesh.geometry.paths import InnerPoint, OpenPath, Point, Ring
@@ -55,7 +55,7 @@ def _with_changes(lines: list[OpenPath], models: Sequence[LineKeys | None], ring
     lengths = [line.unit for line in lines]
     joined_lines = joined(lines, [a * b for a, b in zip(joins, lengths, strict=True)], rings)
     stay = shared_vertices(joined_lines, rings)
-    sparse = simplified(joined_lines, [a * b for a, b in zip(tolerances, lengths, strict=True)], rings, stay)
+    sparse = simplified_lines(joined_lines, [a * b for a, b in zip(tolerances, lengths, strict=True)], rings, stay)
     return [line if how is None else _followed(line, how, stay) for line, how in zip(sparse, follow, strict=True)]
 
 

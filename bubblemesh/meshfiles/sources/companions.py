@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 
-def listed(path: Path) -> Iterable[Path]:
+def files_of_list(path: Path) -> Iterable[Path]:
     """The files of a list over time of ParaView, and the pieces of these."""
     from bubblemesh.meshfiles.sources.vtk_lists import files_of_pvd
 

@@ -54,7 +54,7 @@ FORMATS: Mapping[str, SourceFormat] = {
     ".node": TRIANGLE,
     ".ele": TRIANGLE,
     ".pvtu": SourceFormat("vtk_lists.read_pvtu", beside=companions.pieces),
-    ".pvd": SourceFormat("vtk_lists.read_pvd", beside=companions.listed),
+    ".pvd": SourceFormat("vtk_lists.read_pvd", beside=companions.files_of_list),
     ".xdmf": XDMF,
     ".xmf": XDMF,
     ".med": HDF._replace(reader="med.read_med"),

@@ -24,7 +24,7 @@ from bubblemesh.meshfiles.groups import (
     point_ids,
     region_numbers,
 )
-from bubblemesh.meshfiles.text import lines, listed, write_text
+from bubblemesh.meshfiles.text import lines, number_lines, write_text
 
 MEDIT_KINDS = {3: "Triangles", 4: "Quadrilaterals"}  # by the number of nodes
 PER_LINE = 16  # numbers in a line of a set of Abaqus, at most
@@ -123,11 +123,11 @@ def _inp_text(mesh: Mesh, element: str) -> Iterator[str]:
     yield from _inp_elements(mesh, blocks, element, regions[: len(mesh.regions)])
     for index, word in enumerate(words[: len(mesh.labels)]):
         of_label = mesh.facet_labels == index
-        yield f"*NSET, NSET={word}\n{listed(np.unique(mesh.facets[of_label]) + 1, PER_LINE)}"
+        yield f"*NSET, NSET={word}\n{number_lines(np.unique(mesh.facets[of_label]) + 1, PER_LINE)}"
         yield f"*SURFACE, NAME={word}, TYPE=ELEMENT\n"
         yield from lines("%d, S%d", mesh.cell_sides[of_label] + 1)
     for index, word in enumerate(points):
-        yield f"*NSET, NSET={word}\n{listed(mesh.labelled_nodes[mesh.node_labels == index] + 1, PER_LINE)}"
+        yield f"*NSET, NSET={word}\n{number_lines(mesh.labelled_nodes[mesh.node_labels == index] + 1, PER_LINE)}"
 
 
 def _inp_elements(mesh: Mesh, blocks: Sequence[Cells], element: str, regions: Sequence[str]) -> Iterator[str]:
@@ -148,8 +148,8 @@ def _inp_elements(mesh: Mesh, blocks: Sequence[Cells], element: str, regions: Se
         return
     for index, word in enumerate(regions):
         numbers = each_once(mesh.cell_numbers[mesh.triangle_regions == index]) + 1
-        yield f"*ELSET, ELSET={word}\n{listed(numbers, PER_LINE)}"
-    yield f"*ELSET, ELSET=EALL\n{listed(each_once(mesh.cell_numbers) + 1, PER_LINE)}"
+        yield f"*ELSET, ELSET={word}\n{number_lines(numbers, PER_LINE)}"
+    yield f"*ELSET, ELSET=EALL\n{number_lines(each_once(mesh.cell_numbers) + 1, PER_LINE)}"
 
 
 def _used(count: int, blocks: Iterable[Cells]) -> Booleans:

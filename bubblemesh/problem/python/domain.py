@@ -16,7 +16,7 @@ from bubblemesh.geometry.following import Following
 from bubblemesh.geometry.paths import Area
 from bubblemesh.messages import counted, meant
 from bubblemesh.problem.python.inside import ProgramParts
-from bubblemesh.problem.python.shapes import A_RING, ProgramPoints, Shape, areas_of, listed, points_of
+from bubblemesh.problem.python.shapes import A_RING, ProgramPoints, Shape, areas_of, list_of, points_of
 from bubblemesh.records import record
 
 Geometry: TypeAlias = "Shape | Domain"
@@ -57,7 +57,7 @@ class ProgramRings:
 
     def _areas(self) -> list[list[ProgramPoints]]:
         """Rings of each area, the outer one first."""
-        holes = listed(self.holes, "holes")
+        holes = list_of(self.holes, "holes")
         areas = areas_of(self.geometry, "geometry", A_GEOMETRY)
         if not isinstance(self.geometry, shapely.Geometry):
             return [[*areas[0], *(points_of(hole, f"holes[{k}]") for k, hole in enumerate(holes))]]
@@ -84,7 +84,7 @@ class ProgramRings:
         """Refuse arguments on rings beside a domain, which has all of that."""
         given = {
             "labels": self.labels is not None,
-            "holes": len(listed(self.holes, "holes")) > 0,
+            "holes": len(list_of(self.holes, "holes")) > 0,
             "corners": self.corners is not None,
             **self.inside.given,
         }

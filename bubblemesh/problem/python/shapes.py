@@ -94,7 +94,7 @@ def some_points_of(given: Any, argument: str, expected: str, noun: str) -> Progr
     return found
 
 
-def listed(given: Any, argument: str) -> "Sequence[Any] | Floats":
+def list_of(given: Any, argument: str) -> "Sequence[Any] | Floats":
     """Rings, one after the other; CaseError if they are not a list."""
     if not isinstance(given, Sequence | np.ndarray):
         raise CaseError(f"{argument}: must be a list of rings, arrays (n, 2) of points (found {type(given).__name__})")
