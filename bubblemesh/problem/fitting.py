@@ -13,13 +13,14 @@ from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.rules import Rules, limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
-from bubblemesh.spacing.survey import ESTIMATE, Survey, ideal_nodes, surveyed
+from bubblemesh.spacing.survey import ESTIMATE, Extremes, Survey, ideal_nodes, surveyed
 
 
 class RequestedSpacing(NamedTuple):
     """The spacing that a case asks for, and the steps to it."""
 
     before_rules: Spacing  # that of the terms and their limits
+    extremes_before: Extremes  # of that
     after_rules: LimitedSpacing  # made finer by rules such as ``growth``
     after_periodic: LimitedSpacing  # and as fine as on the other one of two periodic sides
     survey: Survey
@@ -51,13 +52,14 @@ def requested_spacing(
     """
     before_rules, cover = request.at(scale), Cover(domain)
     survey = surveyed(domain, before_rules, max_nodes, cover)
-    given = replace(before_rules, floor=survey.extremes.minimum / 2)
+    extremes_before = survey.extremes
+    given = replace(before_rules, floor=extremes_before.minimum / 2)
     ruled = request.rules(domain, given, max_nodes, hidden)
     after_rules = replace(ruled, ground=None)
     after_periodic = limited_across_sides(domain, given, after_rules, ruled.ground)
     if max(after_rules.ratio, after_periodic.ratio) > 1:
         survey = surveyed(domain, after_periodic.spacing, max_nodes, cover)
-    return RequestedSpacing(before_rules, after_rules, after_periodic, survey)
+    return RequestedSpacing(before_rules, extremes_before, after_rules, after_periodic, survey)
 
 
 def fitted_to_boundary(

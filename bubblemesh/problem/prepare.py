@@ -74,7 +74,7 @@ def prepare_for(case: Case, domain: Domain, request: SpacingRequest, task: Task,
     if case.crs is None:
         require_one_unit(case.domain, domain, problem.survey.extremes.minimum)
     if request.nodes is None:
-        too_large = warnings.larger_than_the_domain(problem.survey.extremes, domain.size, unit_of_files(case.domain))
+        too_large = warnings.larger_than_the_domain(problem.extremes_before, domain.size, unit_of_files(case.domain))
         problem = replace(problem, warnings=(*too_large, *problem.warnings))
     require_triangles_for_parts(problem)
     return problem
@@ -175,6 +175,7 @@ def check_spacing(
         survey=found.survey,
         expected_nodes=found.nodes + (0 if found.rest is None else found.rest.own_nodes),
         before_rules=requested.before_rules,
+        extremes_before=requested.extremes_before if metric is None else found.survey.extremes,
         rules=request.rules,
         after_rules=requested.after_rules,
         after_periodic=requested.after_periodic,

@@ -90,6 +90,7 @@ class Problem:
     survey: Survey
     expected_nodes: float  # the ideal number for the packing spacing, and those of layers
     before_rules: Spacing  # that of the terms and their limits
+    extremes_before: Extremes  # of that, or of the metrics below it
     rules: Rules
     after_rules: LimitedSpacing
     after_periodic: LimitedSpacing  # the spacing after its rules, and after the counterparts of periodic sides

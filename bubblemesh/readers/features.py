@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import field, replace
 from functools import cached_property, reduce
+from itertools import pairwise
 from operator import add
 from typing import Any, NamedTuple
 
@@ -254,8 +255,9 @@ def feature_of(
 
 def line_curve(points: Sequence[Point], name: str, label: str | None = None) -> tuple[CompoundCurve | None, Slips]:
     """The polyline through the points, and what was dropped from it; None if it has no length."""
+    doubles = [point for before, point in pairwise(points) if point == before]
+    slips = Slips(doubles=len(doubles), first=doubles[0]) if doubles else Slips()
     kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-    slips = Slips(doubles=len(points) - len(kept), first=points[0]) if len(kept) < len(points) else Slips()
     if len(kept) < 2:
         return None, slips
     return CompoundCurve(kept[0], tuple(LineTo(point, label) for point in kept[1:]), name), slips

@@ -192,6 +192,9 @@ def test_boundary_that_fits_the_spacing_is_not_mentioned(domain, spacing):
             '"3 + x"',
             "at least 30 times the size of the domain (0.1): are its units those of the domain?",
         ),
+        ("scale: 0.001", "{maximum: 3, growth: 0.2}", "30 times the size of the domain (0.1): are its units those of"),
+        ("scale: 0.001", "{maximum: 3, near: {label: outer, size: 0.01}}", ""),
+        ("scale: 0.001", "{maximum: 0.1, growth: 0.2}", ""),
         ("scale: 0.001", "0.1", ""),
     ],
 )

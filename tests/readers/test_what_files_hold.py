@@ -8,6 +8,7 @@ from geometry_files import HOLE, PLATE, SQUARE, WKT, area, collection, domain, l
 
 from bubblemesh.errors import CaseError, GeometryError, LimitError
 from bubblemesh.readers.formats import read_areas
+from bubblemesh.readers.lines_and_points import read_lines
 from bubblemesh.readers.selection import Selection
 
 POINT = {"type": "Point", "coordinates": [9, 9, 3]}
@@ -187,6 +188,10 @@ class TestSlips:
         assert [ring.notes for ring in rings] == [
             ("a.geojson: 3 duplicate points dropped, the first at (0, 0)",), (), ()
         ]  # fmt: skip
+
+    def test_the_place_of_a_point_that_a_line_has_twice_is_its_own(self, written):
+        (line,) = read_lines(written("a.csv", "x,y\n0,1.2\n20,0.8\n20,0.8\n45,2\n45,2\n80,2.5\n"), Selection())
+        assert "a.csv: 2 duplicate points dropped, the first at (20, 0.8)" in line.notes
 
     def test_lines_given_twice_count_once(self, written):
         lines = "LINESTRING (0 0, 4 0, 4 4)\nLINESTRING (4 4, 0 4, 0 0)\nLINESTRING (0 0, 0 4, 4 4)\n"
