@@ -8,7 +8,7 @@ from bubblemesh.arrays import Floats
 from bubblemesh.errors import CaseError
 from bubblemesh.geometry.distance.distances import ClosedForm, Distance
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.messages import listed, unknown
+from bubblemesh.messages import listed, place, unknown
 from bubblemesh.records import record
 
 
@@ -56,6 +56,11 @@ def require_labels(domain: Domain, labels: Sequence[str]) -> None:
             )
         if label in domain.lost:
             raise CaseError(f"the side {label!r} has no length, since both of its ends are one point: correct the ring")
+        if label in domain.parts.left_out:
+            raise CaseError(
+                f"{label!r} lies outside of the domain, at {place(domain.parts.left_out[label])}, where outside: skip "
+                "leaves it out: correct its coordinates, their units or the domain, or leave out what names it"
+            )
         raise CaseError(unknown("label", label, known))
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.geometry.label_distances import require_labels
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.run.pipeline import mesh_case
 
@@ -58,7 +59,7 @@ class TestLines:
         found = domain_of(SQUARE + ", lines: [{file: a.geojson}]", a_geojson=content)
         assert lines_in(found) == [("line-1", {"A 1"})]
         assert found.notes == (
-            "a.geojson: 1 duplicate point dropped, the first at (1, 1)",
+            "a.geojson: 1 duplicate point dropped, the first at (4, 4)",
             "a.geojson: left out: 1 point",
         )
 
@@ -142,6 +143,25 @@ class TestPoints:
         assert [point.label for point in found.parts.points] == ["W-1"]
         assert found.notes[-1] == "2 points left out, outside of the domain: 'W-2' at (25, 7), 'point-3' at (9, 90)"
         assert "W-2" not in found.labels
+
+    @pytest.mark.parametrize(
+        ("label", "told"),
+        [
+            ("W-2", "'W-2' lies outside of the domain, at (25, 7), where outside: skip leaves it out"),
+            ("point-3", "'point-3' lies outside of the domain, at (9, 90), where"),
+            ("far", "'far' lies outside of the domain, at (16, 16), where"),
+            ("W-3", "unknown label 'W-3'"),
+        ],
+    )
+    def test_what_was_left_out_is_told_where_its_label_is_asked_for(self, domain_of, label, told):
+        text = WELLS.replace("2.5,7", "25,7").replace("9,9", "9,90")
+        line = "{path: [[12, 12], [20, 20]], label: far, outside: skip}"
+        keys = f"{SQUARE}, points: [{{file: a.csv, name: ID, outside: skip}}], lines: [{line}]"
+        found = domain_of(keys, a_csv=text)
+        require_labels(found, ["W-1"])
+        with pytest.raises(CaseError) as caught:
+            require_labels(found, [label])
+        assert str(caught.value).startswith(told)
 
     def test_a_property_that_is_not_there(self, domain_of):
         with pytest.raises(CaseError, match=r"a\.csv: no point has a 'IDs' for its name: did you mean 'ID'"):

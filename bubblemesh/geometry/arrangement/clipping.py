@@ -11,7 +11,7 @@ from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring
+from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring, as_point
 from bubblemesh.messages import counted, listed, place
 
 MOST_NAMED = 5
@@ -45,11 +45,13 @@ def without_outside(
     notes = [f"{counted(len(points), 'point')} left out, outside of the domain: {_named(points)}"] if points else []
     notes += [f"{counted(len(lines), 'line')} left out, outside of the domain"] if lines else []
     gone = {*map(id, points), *map(id, lines)}
+    places = {side.label or line.label: as_point(_middles(line)[0]) for line in lines for side in line.sides}
     return replace(
         parts,
         lines=tuple(line for line in parts.lines if id(line) not in gone),
         points=tuple(point for point in parts.points if id(point) not in gone),
         remarks=(*parts.remarks, *notes),
+        left_out=places | {point.label: point.at for point in points},
     )
 
 

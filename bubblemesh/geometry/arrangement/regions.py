@@ -138,6 +138,7 @@ class InnerParts:
     periodic_tolerance: float = 0.0  # by how much these may differ: the second one becomes the first one moved
     seeds: tuple[Seed, ...] = ()  # points in further regions, of which the domain makes regions
     remarks: tuple[str, ...] = ()  # notes on lines and points that were left out
+    left_out: dict[str, Point] = field(default_factory=dict)  # labels of these, with a place of each
 
     @property
     def notes(self) -> tuple[str, ...]:
