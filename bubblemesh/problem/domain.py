@@ -232,7 +232,8 @@ def _with_regions(keys: InnerKeys, projection: MapProjection) -> InnerParts:
     regions = tuple(one for one in found if isinstance(one, Region))
     seeds = tuple(one for one in found if isinstance(one, Seed))
     tolerance = keys.periodic_tolerance or 0.0
-    return InnerParts(regions, keys.region, periodic=keys.periodic, periodic_tolerance=tolerance, seeds=seeds)
+    named = "region" in keys.model_fields_set
+    return InnerParts(regions, keys.region, named, periodic=keys.periodic, periodic_tolerance=tolerance, seeds=seeds)
 
 
 def _in_layers(parts: InnerParts, keys: InnerKeys, areas: Sequence[Area]) -> InnerParts:

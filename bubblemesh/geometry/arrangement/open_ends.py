@@ -39,10 +39,8 @@ class OpenEnds(Uncached):
     rings_joined: bool = True  # whether `join` moves ends onto rings
 
     def advice(self, some: Booleans) -> str:
-        """What to do about a face that is open, of the ends (k,) in it."""
+        """Where some ends (k,) leave gaps, and what closes these; empty if none is near to anything."""
         gaps = self.gaps(np.where(some, FAR * self.size, 0.0))[:MOST_NAMED]
-        if not gaps:
-            return "draw a line from side to side between them, or give both the same name"
         told = [gap.text + (f" (join: {gap.join} closes that)" if gap.join else "") for gap in gaps]
         return "; ".join(told)
 

@@ -13,8 +13,10 @@ from bubblemesh.geometry.arrangement import ROUNDINGS, TOUCHING
 from bubblemesh.geometry.arrangement.covered_lines import covered_lines
 from bubblemesh.geometry.arrangement.labels import Along, laid_on_rings, lost_notes, overlap_notes, with_given_labels
 from bubblemesh.geometry.arrangement.noding import noded
+from bubblemesh.geometry.arrangement.open_ends import OpenEnds
 from bubblemesh.geometry.arrangement.pieces import doubles, probes
 from bubblemesh.geometry.arrangement.regions import (
+    NOTHING,
     InnerParts,
     Region,
     RegionsAround,
@@ -22,6 +24,7 @@ from bubblemesh.geometry.arrangement.regions import (
     overlapping,
     regions_around,
 )
+from bubblemesh.geometry.arrangement.rest import nothing_left, rest_between
 from bubblemesh.geometry.arrangement.seeds import SeededRegions, seeded_regions
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import InnerPoint, Ring
@@ -63,7 +66,9 @@ def partitioned(
     seeded = seeded_regions(parts, rings, boundary, single, size, polygon)
     sides = sides.with_regions(seeded)
     sides.require_regions_apart()
-    single = clipped_to_domain(sides.numbered(), parts.points, tolerance)
+    numbered = sides.numbered()
+    rest = NOTHING if seeded.faces is None else rest_between(seeded.faces, numbered, sides.within)
+    single = clipped_to_domain(numbered, parts.points, tolerance)
     used = laid[along.piece] & (final.label[along.piece] == final.label[along.other])
     left = {*single.ring.tolist(), *whole.ring[along.piece[used]].tolist()}
     covered, notes = covered_lines(final, parts.lines, left, along, polygon)
@@ -72,8 +77,10 @@ def partitioned(
     seen[keep] = sides.seen
     partly = select(along, ~np.isin(whole.ring[along.piece], covered))
     notes += *overlap_notes(final, parts.lines, partly), *lost_notes(whole, final, along, seen), *seeded.notes
+    if parts.seeds and parts.rest_named and rest.count == 0:
+        notes = *notes, nothing_left(parts.rest, OpenEnds(parts.lines, single, size))
     single = replace(single, ring=np.maximum(single.ring, -1 - len(parts.lines)))
-    return *_in_order(single, replace(parts, regions=tuple(sides.regions), seeds=())), notes
+    return *_in_order(single, replace(parts, regions=tuple(sides.regions), seeds=(), rest_parts=rest)), notes
 
 
 def _in_order(boundary: Boundary, parts: InnerParts) -> tuple[Boundary, InnerParts]:

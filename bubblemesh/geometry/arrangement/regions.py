@@ -122,6 +122,23 @@ class Seed:
         return replace(self, optional=True)
 
 
+class RestPart(NamedTuple):
+    """A part of the domain that no region is in, between lines and rings: a place in it, and its area."""
+
+    at: Point
+    area: float
+
+
+class Rest(NamedTuple):
+    """The parts that no region is in: their number, and of very many the largest ones and the smallest, in order."""
+
+    count: int
+    parts: tuple[RestPart, ...]
+
+
+NOTHING = Rest(0, ())
+
+
 @record
 class InnerParts:
     """Regions, embedded lines and points, and periodic sides: everything in a domain apart from its rings.
@@ -132,6 +149,8 @@ class InnerParts:
 
     regions: tuple[Region, ...] = ()
     rest: str = "domain"  # name of region 0
+    rest_named: bool = False  # whether that was given
+    rest_parts: Rest = NOTHING  # of region 0, if there were seeds
     lines: tuple[OpenPath, ...] = ()
     points: tuple[InnerPoint, ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()  # pairs of labels of sides whose nodes match

@@ -20,6 +20,8 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Ring
 from bubblemesh.messages import place
 
+SEPARATE = "draw a line from side to side between them, or give both the same name"
+
 Polygon: TypeAlias = "shapely.Polygon | shapely.MultiPolygon"
 
 
@@ -29,6 +31,7 @@ class SeededRegions(NamedTuple):
     regions: list[Region]
     sides: RegionsAround  # those on the left of all pieces are numbered before those on the right
     notes: list[str]
+    faces: EnclosedFaces | None = None  # between all pieces, if there are such regions
 
 
 def seeded_regions(
@@ -62,7 +65,7 @@ def seeded_regions(
     for seed, face in zip(parts.seeds, faces.around(_places(parts.seeds)).tolist(), strict=True):
         if (first := seeds.setdefault(face, seed)).name != seed.name:
             with about(seed.key):
-                raise _not_separated(first, seed, ends.advice(faces.around(ends.places) == face))
+                raise _not_separated(first, seed, ends.advice(faces.around(ends.places) == face) or SEPARATE)
     before = Boundary.of(rings, boundary.area_of_ring).with_inner(parts.paths)
     sides = [*(ring.sides for ring in rings), *(path.sides for path in parts.paths)]
     assembly = Assembly(faces.boundary, before, [side.curve for some in sides for side in some])
@@ -72,7 +75,7 @@ def seeded_regions(
     region = number[faces.of_all_sides.ravel()]
     inside = np.flatnonzero(region >= 0)
     notes = [note for seed in parts.seeds for note in seed.notes]
-    return SeededRegions(regions, RegionsAround(inside, region[inside]), notes)
+    return SeededRegions(regions, RegionsAround(inside, region[inside]), notes, faces)
 
 
 def _places(seeds: Sequence[Seed]) -> Floats:
