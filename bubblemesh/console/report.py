@@ -34,6 +34,8 @@ def show_estimate(figures: Mapping[str, Any], to: Terminal) -> None:
     rows = {
         "domain": f"[{x[0]}, {x[1]}] x [{y[0]}, {y[1]}], area {figures['area']:.6g}, "
         f"{pieces}{counted(figures['holes'], 'hole')}",
+        **_regions(figures["regions"]),
+        **_rest(figures, size),
         "labels": _named(figures["labels"]),
         **_sides(figures, size),
         "spacing": _extremes(figures["spacing"], size),
@@ -53,6 +55,22 @@ def _sides(figures: Mapping[str, Any], size: float) -> dict[str, str]:
     """Row with the motions of periodic sides, if there are any."""
     motions = [motion_text(row, size) for row in figures.get("periodic_sides", ())]
     return {"sides": "; ".join(motions)} if motions else {}
+
+
+def _regions(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """Row with the areas of regions, if there are several."""
+    return {"regions": _named([f"{row['name']} {row['area']:.6g}" for row in rows])} if len(rows) > 1 else {}
+
+
+def _rest(figures: Mapping[str, Any], size: float) -> dict[str, str]:
+    """Row with the parts that no point of a region names, if there are several."""
+    if "rest" not in figures:
+        return {}
+    rest = figures["rest"]
+    told = [f"{part['area']:.4g} at {place(part['at'], size)}" for part in rest["parts"]]
+    if (more := rest["number"] - len(told)) > 0:
+        told[-1] = f"{more:,} more, and the smallest, {told[-1]}"
+    return {"rest": f"{rest['region']} has {rest['number']} parts that no point names: {', '.join(told)}"}
 
 
 def _longest(figures: Mapping[str, Any]) -> str:
@@ -141,7 +159,7 @@ def show_quality(figures: Mapping[str, Any], to: Terminal) -> None:
         )
     if "metric" in figures:
         rows["metric"] = _metric(figures["metric"], size)
-    rows |= _sides(figures, size) | _asked_for(figures)
+    rows |= _rest(figures, size) | _sides(figures, size) | _asked_for(figures)
     if "stop_reason" in figures:
         rows["stopped"] = f"{figures['stop_reason']}"
         rows["time"] = duration(run_seconds(figures["seconds"]))

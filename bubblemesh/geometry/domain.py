@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, each_once, ring_area, select, taken
+from bubblemesh.arrays import Booleans, Floats, Integers, cross, each_once, ring_area, select, taken
 from bubblemesh.errors import CaseError, GeometryError, about
 from bubblemesh.files import require_name
 from bubblemesh.geometry.arrangement.clipping import without_outside
@@ -270,6 +270,18 @@ class Domain(Uncached):
     def distances(self, points: Floats) -> Floats:
         """Distances (m,) of points (m, 2) from the boundary, on curves to about 1e-7 of their radius."""
         return self._projection.distances(points)
+
+    @property
+    def region_areas(self) -> dict[str, float]:
+        """Areas of the regions and of what they leave, by the chords of their sides; those alone that have sides."""
+        boundary, chords, parts = self.boundary, self.boundary.chords(), self.parts
+        origin = np.array(self.bounds[:2])  # near which sums have more digits
+        swept = cross(chords.start - origin, chords.end - origin) / 2
+        region = np.concatenate([boundary.left[chords.piece], boundary.right[chords.piece]])
+        inside = region >= 0
+        name = parts.name_indices[region[inside]]
+        areas = np.bincount(name, np.append(swept, -swept)[inside], len(parts.names)).tolist()
+        return {parts.names[k]: areas[k] for k in each_once(name).tolist()}
 
     @cached_property
     def labels(self) -> tuple[str, ...]:

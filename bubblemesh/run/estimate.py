@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from bubblemesh.geometry.arrangement.regions import RestPart
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.periodic import side_motion
 from bubblemesh.meshfiles.text import json_ready
@@ -35,6 +36,20 @@ class RepairRow(NamedTuple):
 def repair_rows(domain: Domain) -> tuple[RepairRow, ...] | None:
     """Changes of the rings of a domain; None if there are none."""
     return tuple(RepairRow(change.what, change.at, change.area) for change in domain.changes) or None
+
+
+class RestRow(NamedTuple):
+    """Parts of a domain that no point of a region names: the region's name, their number, of many not all of them."""
+
+    region: str
+    number: int
+    parts: tuple[RestPart, ...]
+
+
+def rest_row(domain: Domain) -> RestRow | None:
+    """The parts that points of regions leave of a domain; None if there are not several."""
+    rest = domain.parts.rest_parts
+    return RestRow(domain.parts.rest, *rest) if rest.number > 1 else None
 
 
 def spacing_changes(problem: Problem) -> dict[str, SpacingChange]:
@@ -71,6 +86,8 @@ def estimate(problem: Problem, complete: bool = True) -> dict[str, Any]:
         "area": domain.polygon.area,
         "pieces": domain.piece_count,
         "holes": domain.hole_count,
+        "regions": [{"name": name, "area": area} for name, area in domain.region_areas.items()],
+        **({} if (rest := rest_row(domain)) is None else {"rest": rest}),
         "labels": domain.labels,
         **({} if (repairs := repair_rows(domain)) is None else {"repairs": repairs}),
         **({} if (motions := side_motions(domain)) is None else {"periodic_sides": motions}),

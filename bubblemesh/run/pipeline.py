@@ -24,7 +24,7 @@ from bubblemesh.process.watchdog import time_left
 from bubblemesh.records import record
 from bubblemesh.run import warnings
 from bubblemesh.run.completion import Completed, completed
-from bubblemesh.run.estimate import repair_rows, side_motions, spacing_changes
+from bubblemesh.run.estimate import repair_rows, rest_row, side_motions, spacing_changes
 from bubblemesh.run.limits import within_limits
 from bubblemesh.run.measurement import Measured, measured
 from bubblemesh.run.packing import OnRound, OnShare, PackedProblem, RunOptions, pack
@@ -213,6 +213,7 @@ def _report(
         peak_memory_mb=peak_memory_mb(),
         warnings=_report_warnings(best, found, done),
         repairs=repair_rows(problem.domain),
+        rest=rest_row(problem.domain),
         refinement=None if best.refined is None else RefinementRow.of(best.refined, problem.demands),
         node_target=node_target,
         adaptation=adaptation,

@@ -15,7 +15,7 @@ from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.refinement import Refined
 from bubblemesh.packing.rounds import Figures, Record
 from bubblemesh.records import record
-from bubblemesh.run.estimate import RepairRow, SpacingChange
+from bubblemesh.run.estimate import RepairRow, RestRow, SpacingChange
 from bubblemesh.run.metric import MetricRow
 from bubblemesh.run.water import WaterRow
 
@@ -160,6 +160,7 @@ class Report(Mapping[str, Any]):
     peak_memory_mb: float | None
     warnings: tuple[str, ...]
     repairs: tuple[RepairRow, ...] | None = None
+    rest: RestRow | None = None
     node_target: NodeTargetRow | None = None
     refinement: RefinementRow | None = None
     adaptation: Mapping[str, Any] | None = None

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import shapely
+from commands import within
 from invariants import check_area, check_arrays, check_edges
 from partitions import MOONS, check_pieces, domain_of, mesh_of
 
@@ -212,6 +213,87 @@ def test_a_gap_that_is_hardly_meant_is_told_and_join_closes_it():
         "the line 'h' ends at (2, 1.999), 0.001 from 'top', where the spacing is 0.2: join: 0.001 closes the gap"
     )
     assert regions_of(section(line + ", join: 0.001}", "{name: a, at: [1, 1]}")) == [("a", 4, 0)]
+
+
+SHORT = "{path: [[0.2, 1], [3.9, 1]], label: bed}"  # as between borings, which are not at the sides
+LEFT = "nothing is left of region 'rock' beside the regions that points name: "
+
+
+@pytest.mark.parametrize(
+    ("lines", "points", "told"),
+    [
+        (
+            SHORT,
+            "[1, 1.5]",
+            f"{LEFT}the line 'bed' ends at (3.9, 1), 0.1 from 'right' (join: 0.12 closes that); the line 'bed' ends at "
+            "(0.2, 1), 0.2 from 'left' (join: 0.22 closes that); if that is meant, leave region out",
+        ),
+        ("", "[1, 1.5]", f"{LEFT}draw the lines that part it from the others; if that is meant, leave region out"),
+        (SHORT.replace("label", "join: 0.22, label"), "[1, 1.5]", None),
+        (SHORT.replace("label", "join: 0.22, label"), "[[1, 1.5], [1, 0.5]]", f"{LEFT}draw the lines"),
+    ],
+)
+def test_a_named_region_of_which_nothing_is_left_is_told_with_the_gaps(lines, points, told):
+    text = section(lines, f"{{name: soil, at: {points}}}")
+    assert not any("nothing is left" in note for note in domain_of(text).notes), "it has no name in the case"
+    found = [note for note in domain_of(text + "  region: rock\n").notes if "nothing is left" in note]
+    assert len(found) == (told is not None)
+    assert told is None or found[0].startswith(told)
+
+
+PILE = section(
+    "{path: [[0, 1.2], [4, 1.4]], label: base}, {path: [[0.5, 2], [0.5, 0.5]], label: pile}",
+    "{name: fill, at: [3, 1.8]}",
+)
+
+
+def test_parts_that_no_point_names_are_counted_with_places_and_areas():
+    rest = domain_of(PILE).parts.rest_parts
+    assert rest.number == 2
+    assert [part.area for part in rest.parts] == pytest.approx([5.2, 0.39375])
+    below, left = rest.parts
+    assert 0.5 > left.at[0] > 0
+    assert left.at[1] > 1.25
+    assert below.at[1] < 1.3
+    fields = ", ".join(f"{{path: [[{x}, 0], [{x}, 2]]}}" for x in (0.5, 1.2, 2, 2.9, 3.1))
+    rest = domain_of(section(fields, "{name: a, at: [0.2, 1]}")).parts.rest_parts
+    assert rest.number == 5
+    assert [part.area for part in rest.parts] == pytest.approx([1.8, 1.8, 1.6, 0.4]), "the largest ones, the smallest"
+
+
+def test_holes_and_rings_of_regions_are_no_parts_that_need_a_point():
+    hole = BOX + "  holes: [{circle: {center: [1, 1], radius: 0.5}}]\n"
+    lens = "{name: lens, ring: {circle: {center: [3, 0.5], radius: 0.3}}}"
+    domain = domain_of(section("{path: [[0, 1.6], [4, 1.6]]}", f"{{name: top, at: [1, 1.8]}}, {lens}", hole))
+    (rest,) = domain.parts.rest_parts.parts
+    assert rest.area == pytest.approx(6.4 - math.pi * (0.25 + 0.09), abs=0.002)
+    areas = domain.region_areas
+    assert areas == pytest.approx({"domain": rest.area, "top": 1.6, "lens": 0.09 * math.pi}, abs=0.001)
+    assert sum(areas.values()) == pytest.approx(domain.polygon.area, rel=1e-12)
+
+
+@pytest.mark.parametrize(("text", "expected"), FACES.values(), ids=FACES)
+def test_areas_of_regions_are_those_of_what_is_in_them(text, expected):
+    domain = domain_of(text)
+    assert sum(domain.region_areas.values()) == pytest.approx(domain.polygon.area, rel=1e-12)
+    rest = domain.parts.rest_parts
+    assert sum(part.area for part in rest.parts) == pytest.approx(domain.region_areas.get("domain", 0.0), abs=1e-9)
+
+
+def test_check_and_run_list_the_parts_that_no_point_names(tmp_path):
+    (tmp_path / "case.yaml").write_text(PILE + "  region: rock\nspacing: 0.3\n")
+    told = "rest rock has 2 parts that no point names: 5.2 at (2, 0.6), 0.3938 at"
+    checked, ran = (
+        " ".join((done.stdout + done.stderr).decode().split())
+        for done in (within(name, "case.yaml", folder=tmp_path) for name in ("check", "run"))
+    )
+    assert "regions rock 5.59375, fill 2.40625" in checked
+    assert told in checked
+    assert told in ran
+    (report,) = tmp_path.glob("**/*.report.json")
+    rest = json.loads(report.read_text())["rest"]
+    assert (rest["region"], rest["number"]) == ("rock", 2)
+    assert [part["area"] for part in rest["parts"]] == pytest.approx([5.2, 0.39375])
 
 
 @pytest.mark.parametrize(

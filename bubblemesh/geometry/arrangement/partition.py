@@ -77,7 +77,7 @@ def partitioned(
     seen[keep] = sides.seen
     partly = select(along, ~np.isin(whole.ring[along.piece], covered))
     notes += *overlap_notes(final, parts.lines, partly), *lost_notes(whole, final, along, seen), *seeded.notes
-    if parts.seeds and parts.rest_named and rest.count == 0:
+    if parts.seeds and parts.rest_named and rest.number == 0:
         notes = *notes, nothing_left(parts.rest, OpenEnds(parts.lines, single, size))
     single = replace(single, ring=np.maximum(single.ring, -1 - len(parts.lines)))
     return *_in_order(single, replace(parts, regions=tuple(sides.regions), seeds=(), rest_parts=rest)), notes

@@ -129,14 +129,14 @@ class RestPart(NamedTuple):
     area: float
 
 
-class Rest(NamedTuple):
+class RestParts(NamedTuple):
     """The parts that no region is in: their number, and of very many the largest ones and the smallest, in order."""
 
-    count: int
+    number: int
     parts: tuple[RestPart, ...]
 
 
-NOTHING = Rest(0, ())
+NOTHING = RestParts(0, ())
 
 
 @record
@@ -150,7 +150,7 @@ class InnerParts:
     regions: tuple[Region, ...] = ()
     rest: str = "domain"  # name of region 0
     rest_named: bool = False  # whether that was given
-    rest_parts: Rest = NOTHING  # of region 0, if there were seeds
+    rest_parts: RestParts = NOTHING  # of region 0, if there were seeds
     lines: tuple[OpenPath, ...] = ()
     points: tuple[InnerPoint, ...] = ()
     periodic: tuple[tuple[str, str], ...] = ()  # pairs of labels of sides whose nodes match

@@ -5,7 +5,7 @@ import shapely
 
 from bubblemesh.arrays import Booleans
 from bubblemesh.geometry.arrangement.open_ends import OpenEnds
-from bubblemesh.geometry.arrangement.regions import Rest, RestPart
+from bubblemesh.geometry.arrangement.regions import RestPart, RestParts
 from bubblemesh.geometry.arrangement.walks import EnclosedFaces
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import Point
@@ -13,7 +13,7 @@ from bubblemesh.geometry.paths import Point
 MOST_PLACES = 4  # parts with a place: to look for one takes as long as the boundary is
 
 
-def rest_between(faces: EnclosedFaces, boundary: Boundary, within: Booleans) -> Rest:
+def rest_between(faces: EnclosedFaces, boundary: Boundary, within: Booleans) -> RestParts:
     """The faces with region 0 on sides (2 p,) of the pieces of a boundary that are ``within`` the domain."""
     region = np.concatenate([boundary.left, boundary.right])
     face = np.unique(faces.of_all_sides.ravel()[within & (region == 0)])
@@ -21,7 +21,7 @@ def rest_between(faces: EnclosedFaces, boundary: Boundary, within: Booleans) -> 
     areas = np.bincount(faces.face[bounding], faces.areas[bounding], len(faces.areas))
     face = face[np.argsort(-areas[face], kind="stable")]
     told = face if len(face) <= MOST_PLACES else np.append(face[: MOST_PLACES - 1], face[-1])
-    return Rest(len(face), tuple(RestPart(_place_in(faces, one), float(areas[one])) for one in told.tolist()))
+    return RestParts(len(face), tuple(RestPart(_place_in(faces, one), float(areas[one])) for one in told.tolist()))
 
 
 def _place_in(faces: EnclosedFaces, face: int) -> Point:
