@@ -13,6 +13,7 @@ from bubblemesh.errors import CaseError, GeometryError, about
 from bubblemesh.files import require_name
 from bubblemesh.geometry.arrangement.clipping import without_outside
 from bubblemesh.geometry.arrangement.contacts import split_at_contacts
+from bubblemesh.geometry.arrangement.leaps import leap_notes
 from bubblemesh.geometry.arrangement.open_ends import OpenEnds
 from bubblemesh.geometry.arrangement.partition import partitioned
 from bubblemesh.geometry.arrangement.regions import InnerParts
@@ -147,7 +148,7 @@ class Domain(Uncached):
         require_domain(domain.polygonal_copy, names, keys)
         if inner:
             inner = without_outside(inner, domain.polygon, domain.signed_distance)
-            remarks = inner.remarks
+            remarks = (*inner.remarks, *leap_notes(inner.lines, domain.polygon))
             if inner:
                 boundary, inner, overlaps = partitioned(boundary, inner, domain.polygon, rings)
                 remarks = (*remarks, *overlaps)

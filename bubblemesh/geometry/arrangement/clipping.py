@@ -37,7 +37,7 @@ def without_outside(
 
     def is_outside(line: OpenPath) -> bool:
         # Chords of a line along a curve of the boundary may be beyond those of the polygon.
-        if _length_inside(line, polygon) > tolerance:
+        if length_inside(line, polygon) > tolerance:
             return False
         return bool((signed_distance(_middles(line)) < -tolerance).all())
 
@@ -116,7 +116,7 @@ def _middles(line: OpenPath) -> Floats:
     return curves.points(piece, s + step / 2)
 
 
-def _length_inside(line: OpenPath, polygon: shapely.Polygon | shapely.MultiPolygon) -> float:
+def length_inside(line: OpenPath, polygon: shapely.Polygon | shapely.MultiPolygon) -> float:
     """Length of the part of a line that is inside, or on the boundary, by its chords."""
     curves = Boundary.of([Ring(line.sides, line.vertices[:-1])])
     piece, s, step = curves.stations()

@@ -30,7 +30,9 @@ def _place_in(faces: EnclosedFaces, face: int) -> Point:
     chords = faces.boundary.chords()
     around = (left != right)[chords.piece]
     lines = shapely.linestrings(np.stack([chords.start[around], chords.end[around]], axis=1))
-    place = shapely.point_on_surface(shapely.build_area(shapely.geometrycollections(lines)))
+    net = shapely.geometrycollections(lines)
+    area = shapely.build_area(net)
+    place = shapely.point_on_surface(net if area.is_empty else area)  # of curves that touch chords may cross
     return place.x, place.y
 
 

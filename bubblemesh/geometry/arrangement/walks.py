@@ -54,7 +54,7 @@ class EnclosedFaces:
         """Faces (2, p) on the left and on the right of each piece."""
         return self.face[self.walks]
 
-    @property
+    @cached_property
     def of_all_sides(self) -> Integers:
         """Faces (2, k) on the left and on the right of all pieces, loose ones among them."""
         found = np.empty((2, len(self.kept)), np.int64)
