@@ -147,7 +147,7 @@ def _ladder(keys: LayerKeys, key: Key, domain: Domain) -> Ladder:
         with at_key(*key):
             raise CaseError(
                 f"the first layer, {first:.4g} high, is too low for numbers beside coordinates up to {farthest:.4g}: "
-                "move the domain to the origin"
+                "move the domain to the origin, by move beside each ring, region, line and point"
             )
     if keys.until is not None:
         count = max(math.ceil(math.log(size / first) / math.log(growth)), 0) + 1

@@ -9,7 +9,7 @@ from bubblemesh.case import load_case
 from bubblemesh.problem.domain import case_domain
 
 PAGE = (ROOT / "docs/geometry.md").read_text()
-HOLES = {"mended": 0, "moved": 33, "named": 1, "overlaid": 4}  # in the order of the page
+HOLES = {"mended": 0, "moved": 33, "site": 0, "named": 1, "overlaid": 4}  # in the order of the page
 DRAWN = [block for block in re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL) if "spacing:" in block]
 
 
