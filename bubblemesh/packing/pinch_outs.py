@@ -63,6 +63,13 @@ class Leg(NamedTuple):
         width = np.hypot(*(self.places(domain, away)[0] - other.places(domain, away)[0]).T)
         return int(np.logical_and.accumulate(width < NARROW * d).sum())
 
+    def narrow_end(self, domain: Domain, spacing: Spacing, longer: "Leg") -> float | None:
+        """The spacing at the end of this side; None unless it is narrow up to there, and the other one is longer."""
+        end, opposite = (side.places(domain, np.array([self.length]))[0] for side in (self, longer))
+        d, width = float(spacing(end)[0]), float(np.hypot(*(end - opposite)[0]))
+        narrow = width < NARROW * d and self.narrow(domain, longer) == len(self.number)
+        return d if narrow and self.length + BESIDE * d < longer.length else None
+
 
 def with_opposite_nodes(net: Net, domain: Domain, spacing: Spacing, smoothing: NoSmoothing | Smoothing) -> Net:
     """The net with nodes opposite to each other in pinch-outs, if that makes flat triangles fewer.
@@ -102,6 +109,10 @@ def _facing(bubbles: Bubbles, domain: Domain, spacing: Spacing, one: Leg, other:
     Where some on one side are touched already, these stay. If they would have to go, nothing changes.
     """
     mine, theirs = one.with_bubbles(bubbles), other.with_bubbles(bubbles)
+    shorter, longer = sorted((mine, theirs), key=lambda side: side.length)
+    d = shorter.narrow_end(domain, spacing, longer)
+    if d is not None and not shorter.touched.any():
+        return _facing_to_end(bubbles, domain, spacing, shorter, longer, d)
     if theirs.touched.any():
         mine, theirs = theirs, mine
     count = mine.narrow(domain, theirs)
@@ -119,6 +130,26 @@ def _facing(bubbles: Bubbles, domain: Domain, spacing: Spacing, one: Leg, other:
     bubbles = replace(bubbles, touched=touched).select(complement(len(bubbles), gone))
     for side in [theirs] if known else [mine, theirs]:
         x, piece, s = side.places(domain, away)
+        bubbles = bubbles.append(x, spacing(x), piece, s)
+    return bubbles
+
+
+def _facing_to_end(
+    bubbles: Bubbles, domain: Domain, spacing: Spacing, shorter: Leg, longer: Leg, d: float
+) -> Bubbles:
+    """Likewise where it is narrow up to the end of the shorter side: this corner, of spacing d, has an opposite one too.
+
+    Two pinch-outs may have this one in common, as at the crown of a lens. Where others are in the way, nothing changes.
+    """
+    end, beside = shorter.length, BESIDE * d
+    if longer.touched[longer.away <= end - beside].any():
+        return bubbles
+    at_end = longer.away < end + beside
+    away = _even(np.append(shorter.away, end), np.append(shorter.d, d))
+    gone = np.append(shorter.number, longer.number[at_end & ~longer.touched])
+    bubbles = bubbles.select(complement(len(bubbles), gone))
+    for side, places in (shorter, away[:-1]), (longer, away[:-1] if longer.touched[at_end].any() else away):
+        x, piece, s = side.places(domain, places)
         bubbles = bubbles.append(x, spacing(x), piece, s)
     return bubbles
 

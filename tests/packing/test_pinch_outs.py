@@ -60,6 +60,27 @@ def test_a_lens_has_a_pinch_out_at_either_end():
     assert largest_angle(mesh) < 116
 
 
+LENS = """
+domain:
+  outer: {{rectangle: [0, 0, 30, 10]}}
+  lines:
+    - {{path: [[0, 4], [30, 4]], label: ROCK}}
+    - {{path: [[5, 4], [{x}, {top}], [25, 4]], label: LENS}}
+  region: soil
+  regions: [{{name: lens, at: [15, 4.02]}}]
+spacing: {spacing}
+"""
+
+
+@pytest.mark.parametrize("x", [15, 12.3])
+@pytest.mark.parametrize(("height", "spacing"), sweep([(0.15, 2), (0.05, 3), (0.4, 2), (0.2, 1), (0.1, 0.5)], quick=1))
+def test_the_crown_of_a_lens_has_an_opposite_node(height, spacing, x):
+    """Angles there were up to 177 degrees."""
+    mesh = meshed(LENS.format(x=x, top=4 + height, spacing=spacing))
+    assert largest_angle(mesh) < 116
+    assert np.abs(mesh.points - [x, 4]).max(axis=1).min() < 0.02
+
+
 def wedge(degrees, turn=0.0):
     a = np.radians([0, degrees]) + turn
     return polygon([(2, 3), *(np.array([2, 3]) + np.column_stack([np.cos(a), np.sin(a)]))])
