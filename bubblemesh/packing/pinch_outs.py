@@ -134,9 +134,7 @@ def _facing(bubbles: Bubbles, domain: Domain, spacing: Spacing, one: Leg, other:
     return bubbles
 
 
-def _facing_to_end(
-    bubbles: Bubbles, domain: Domain, spacing: Spacing, shorter: Leg, longer: Leg, d: float
-) -> Bubbles:
+def _facing_to_end(bubbles: Bubbles, domain: Domain, spacing: Spacing, shorter: Leg, longer: Leg, d: float) -> Bubbles:
     """Likewise where it is narrow up to the end of the shorter side: a node is opposite to this corner, of spacing d.
 
     Two pinch-outs may have this one in common, as at the crown of a lens. Where others are in the way, nothing changes.
