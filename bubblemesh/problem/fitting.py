@@ -9,7 +9,7 @@ from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.problem.narrow_parts import FilledSpacing, Unfilled, with_narrow_parts_filled
 from bubblemesh.problem.spacing import SpacingRequest
 from bubblemesh.spacing.cover import Cover
-from bubblemesh.spacing.rules.grading import LimitedSpacing
+from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing, compared
 from bubblemesh.spacing.rules.rules import Rules, limited_across_sides, limited_for_packing_across_sides
 from bubblemesh.spacing.rules.sources import Sources, coarse_curves, short_pieces
 from bubblemesh.spacing.spacing import Spacing
@@ -81,3 +81,18 @@ def fitted_to_boundary(
     return Fitted(
         spacing, short, coarse, for_packing, walls, with_narrow_parts_filled(walls, rules, unfilled, max_nodes)
     )
+
+
+def beside_no_detail(
+    domain: Domain, requested: RequestedSpacing, rules: Rules, filled: FilledSpacing, max_nodes: int
+) -> tuple[LimitedSpacing, float]:
+    """The spacing of a packing, with how much finer its detail made it, and the nodes that there are without detail.
+
+    Nodes that a spacing takes since it grows too fast for a packing do not count as those of detail.
+    """
+    slow = rules.growth is not None and rules.growth <= STEEPEST_GROWTH
+    if filled.spacing.steepest is None or slow:
+        return filled.spacing, requested.survey.ideal_nodes
+    plain = limited_for_packing_across_sides(domain, requested.after_periodic, Sources.none()).spacing
+    nodes = ideal_nodes(domain, plain, max_nodes, ESTIMATE, requested.survey.cover)
+    return compared(domain, filled.spacing, plain), nodes

@@ -17,7 +17,7 @@ from bubblemesh.problem.compatibility import require_possible, require_triangles
 from bubblemesh.problem.crs import given_bounds, require_one_unit, sizes_in_metres
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.files import unit_of_files
-from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
+from bubblemesh.problem.fitting import Fitted, RequestedSpacing, beside_no_detail, fitted_to_boundary, requested_spacing
 from bubblemesh.problem.lines_and_points import has_followable
 from bubblemesh.problem.node_target import CLOSE, CountTrial, Scales, ScaleSearch, fit_node_target
 from bubblemesh.problem.open_ends import missed_contacts
@@ -212,8 +212,7 @@ def _warnings(
         coarse,
         edges,
         filled.gaps,
-        filled.spacing,
-        requested.survey.ideal_nodes,
+        *beside_no_detail(domain, requested, request.rules, filled, task.max_nodes),
         filled.expected_nodes,
         task.corners if rings_followable else None,
         has_followable(domain.parts.lines),

@@ -195,8 +195,8 @@ class FinerSpacing(NamedTuple):
     coarse: Sources  # places on tight curves
     edges: RefiningEdges
     gaps: Sources  # across narrow parts
-    spacing: LimitedSpacing  # of the packing
-    ideal_nodes: float  # of the spacing that the case asks for
+    spacing: LimitedSpacing  # of the packing, beside the one without detail
+    plain_nodes: float  # without detail
     expected_nodes: float
     followable: str | None  # how rings could be followed as curves, if they could be and none is
     followable_lines: bool  # whether lines of files could be
@@ -210,11 +210,10 @@ def detail(found: FinerSpacing) -> list[str]:
     for vertices in which borders meet.
     """
     at = found.spacing.ratio_at
-    steep = found.spacing.steepest is not None  # which takes nodes as well, and has a warning
     edges = f"{found.edges} shorter than the spacing"
     causes = {edges: found.short, "tight curves": found.coarse, "narrow parts": found.gaps}
-    few = found.expected_nodes < MANY_TIMES * found.ideal_nodes
-    if few or at is None or steep or not any(map(len, causes.values())):
+    few = found.expected_nodes < MANY_TIMES * found.plain_nodes
+    if few or at is None or not any(map(len, causes.values())):
         return refined_boundary(found.short, found.coarse, found.edges)
     size = found.spacing.ratio * float(found.spacing.spacing(np.array([at]))[0])
     simplify = (
@@ -231,7 +230,7 @@ def detail(found: FinerSpacing) -> list[str]:
     }
     advice = ", ".join(key for key, helps in keys.items() if helps)
     return [
-        f"the mesh needs about {found.expected_nodes:.0f} nodes, {found.expected_nodes / found.ideal_nodes:.3g} times "
+        f"the mesh needs about {found.expected_nodes:.0f} nodes, {found.expected_nodes / found.plain_nodes:.3g} times "
         f"those of the spacing, for {' and '.join(cause for cause, sources in causes.items() if len(sources))}: the "
         f"spacing is {found.spacing.ratio:.3g} times finer at {place(at)}{f' ({advice})' if advice else ''}"
     ]

@@ -3,6 +3,7 @@
 import json
 import math
 import random
+import re
 
 import numpy as np
 import pytest
@@ -142,6 +143,26 @@ def test_detail_that_takes_many_nodes_is_told_once_with_the_keys_that_help():
     assert warning.endswith("(across: 0 in the spacing leaves narrow parts as they are)")
     more = prepare(case_of(strip_between_holes(0.02), {"value": 0.4, "across": 0})).expected_nodes
     assert more < problem.expected_nodes / 2
+
+
+def strip_beside_a_jump(gap):
+    """Regions with a gap between them, within a finer one: the spacing jumps around it."""
+    fine = {"name": "fine", "ring": box(2, 2, 8, 8), "spacing": 0.4}
+    top, bottom = box(3, 5, 7, 7), box(3, 3, 7, 5 - gap)
+    regions = [fine, {"name": "top", "ring": top}, {"name": "bottom", "ring": bottom}]
+    return {"outer": box(0, 0, 16, 16), "region": "rest", "regions": regions}
+
+
+@pytest.mark.parametrize("growth", [{}, {"growth": 0.2}])
+def test_detail_is_told_also_where_the_spacing_jumps(growth):
+    spacing = {"maximum": 2, **growth}
+    plain = prepare(case_of(strip_beside_a_jump(0), spacing))
+    assert not [warning for warning in plain.warnings if "times those of the spacing" in warning]
+    problem = prepare(case_of(strip_beside_a_jump(0.03), spacing))
+    (warning,) = (warning for warning in problem.warnings if "times those of the spacing" in warning)
+    times = problem.expected_nodes / plain.expected_nodes
+    assert times > 1.5
+    assert float(re.search(r"(\S+) times those", warning)[1]) == pytest.approx(times, rel=0.1)
 
 
 def test_detail_that_takes_few_nodes_is_no_warning_of_its_own():
