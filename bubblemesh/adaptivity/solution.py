@@ -17,6 +17,9 @@ from bubblemesh.records import record
 
 ASIDE = 0.1  # edge lengths that a node may be off the domain or its boundary
 VALUE_ROUNDING = 16 * float(np.finfo(float).eps)  # of values, in terms of the largest one
+FEW_DIGITS = range(4, 9)  # that files have of coordinates
+EXACT = 1e-6  # of the last digit: rounding of the numbers that files have
+FLATTENED = 20  # times what coordinates are rounded to: longer triangles are not made flat by that
 MISMATCH = 0.15  # area beside a boundary edge in terms of its length's square: more than under an arc of 90 degrees
 
 
@@ -92,8 +95,28 @@ class Solution:
         areas = signed_areas(points, triangles)
         flat = np.flatnonzero(areas == 0)
         if len(flat):
-            raise CaseError(f"the triangle around {place(points[triangles[flat[0]]].mean(axis=0))} has no area")
+            corners = points[triangles[flat[0]]]
+            raise CaseError(f"the triangle around {place(corners.mean(axis=0))} has no area{_rounded(points, corners)}")
         return cls(points, np.where(areas[:, None] < 0, triangles[:, ::-1], triangles), values, name)
+
+
+def _rounded(points: Floats, corners: Floats) -> str:
+    """What made a triangle (3, 2) flat and what to do, if all coordinates (n, 2) are rounded and it is as small."""
+    steps = {}
+    if (points.astype(np.float32) == points).all():
+        steps["single precision"] = float(np.spacing(np.abs(points).max().astype(np.float32)))
+    for digits in FEW_DIGITS:
+        last = 10.0 ** (np.floor(np.log10(np.where(points == 0, 1, np.abs(points)))) - digits + 1)
+        if np.allclose(points / last, np.rint(points / last), rtol=0, atol=EXACT):
+            steps[f"{digits} digits"] = float(last.max())
+            break
+    how, step = max(steps.items(), key=lambda row: row[1], default=("", 0.0))
+    if np.ptp(corners, axis=0).max() > FLATTENED * step:
+        return ""
+    return (
+        f": coordinates in the file are rounded to {step:.2g} ({how}), about as much as its edges are long; save them "
+        "in double precision, or `move` the domain to the origin before it is meshed and solved"
+    )
 
 
 def read_solution(path: Path, field: str | None, chosen_by: str = "field") -> tuple[Solution, list[str]]:

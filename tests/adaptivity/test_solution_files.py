@@ -160,3 +160,23 @@ NAN = np.array([0, 1, np.nan, 3])
 def test_arrays_that_are_no_solution_are_refused(points, triangles, values, message):
     with pytest.raises(CaseError, match=message):
         Solution.of(points, triangles, values)
+
+
+SINGLE = r"rounded to 0\.5 \(single precision\), about as much as .* save them in double precision"
+
+
+@pytest.mark.parametrize(
+    ("rounded", "told"),
+    [
+        (lambda points: points.astype(np.float32).astype(float), SINGLE),
+        (lambda points: np.array([[float(f"{x:.6g}") for x in row] for row in points]), r"to 10 \(6 digits\)"),
+    ],
+)
+def test_coordinates_that_were_rounded_in_the_file_are_told(rounded, told):
+    """Far from the origin, as in UTM, that makes triangles flat."""
+    corners = np.array([[0.0, 0], [0.3, 0.1], [0.6, 0.0], [60, 0], [60, 60], [0, 60]]) + np.array([500700.2, 5412000.1])
+    triangles = np.array([[0, 2, 1], [1, 2, 4], [2, 3, 4], [0, 1, 5], [1, 4, 5]])
+    with pytest.raises(CaseError, match=told):
+        Solution.of(rounded(corners), triangles, np.arange(6.0))
+    with pytest.raises(CaseError, match=r"no area\Z"):
+        Solution.of(np.array([[0, 0], [1000, 0], [2000, 0.0]]), np.array([[0, 1, 2]]), np.arange(3.0))
