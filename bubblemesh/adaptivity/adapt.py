@@ -27,6 +27,7 @@ from bubblemesh.case.spacing import SpacingTerms
 from bubblemesh.errors import CaseError, Key, at_key, coarsened_by, prefixed
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import rim_nodes
+from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.packing.placement.warm_start import PreviousNodes
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.metric import MetricRequest
@@ -135,13 +136,15 @@ def _adapted(
         with prefixed(target.called("exact")):
             figures = _figures(solution, estimate, exact)
     if target.anisotropic:
-        problem, start = _next_in_metric(case, domain, solution, estimate, target, stopwatch)
+        problem, start, step = _next_in_metric(case, domain, solution, estimate, target, stopwatch)
         expected = estimate.error * float(np.sqrt(len(solution.points) / problem.expected_nodes))
     else:
-        problem, start = _next_problem(case, domain, solution, estimate, target, stopwatch)
+        problem, start, step = _next_problem(case, domain, solution, estimate, target, stopwatch)
         expected = _expected(solution, estimate, problem.spacing)
     if target.error is not None and expected > REACHED * target.error * estimate.solution:
-        told = _missed_error(target, expected / estimate.solution)
+        share = _share_at_minimum(solution, problem, case.spacing_terms.minimum)
+        errors = target.error, expected / estimate.solution, step / estimate.solution
+        told = _missed_error(*errors, share, anisotropic=bool(target.anisotropic))
         problem = replace(problem, warnings=(*problem.warnings, told))
     adaptation = figures | {
         "wanted": target.figures,
@@ -154,8 +157,8 @@ def _adapted(
 
 def _next_problem(
     case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, stopwatch: Stopwatch
-) -> tuple[Problem, dict[str, Any]]:
-    """The next mesh as a problem, and how it starts."""
+) -> tuple[Problem, dict[str, Any], float]:
+    """The next mesh as a problem, how it starts, and the error that one step without the case's limits leads to."""
     mesh, terms = (solution.points, solution.triangles), case.spacing_terms
     sizes = equivalent_sizes(*mesh)
     if target.error is not None:
@@ -171,6 +174,7 @@ def _next_problem(
         # What stays must not keep the error above the wanted one.
         scale = AIM * target.error * estimate.solution / max(_expected(solution, estimate, Spacing(field)), TINY)
         field = replace(field, values=float(np.clip(scale, 1 / (1 + SAME), 1)) * field.values)
+    step = _expected(solution, estimate, Spacing(field))
     at = bounded(terms, (Spacing(field),), field.spots)
     request = _held(case, domain, at, solution)
     rules = replace(request.rules, growth=terms.growth or DEFAULT_GROWTH)
@@ -183,7 +187,7 @@ def _next_problem(
     if share >= FEWEST_KEPT:
         task = replace(task, previous=present)
     start = {"unchanged": share, "start": "present nodes" if share >= FEWEST_KEPT else "method"}
-    return prepare_for(case, domain, request, task, stopwatch), start
+    return prepare_for(case, domain, request, task, stopwatch), start, step
 
 
 def _expected(solution: Solution, estimate: Estimate, spacing: Spacing) -> float:
@@ -192,19 +196,38 @@ def _expected(solution: Solution, estimate: Estimate, spacing: Spacing) -> float
     return predicted_error(estimate, equivalent_sizes(*mesh), spacing.between(*mesh))
 
 
-def _missed_error(target: Target, expected: float) -> str:
-    """Warning of a relative error that is above the target on the next mesh."""
-    step = f"{MOST_TIMES:g} times as many nodes" if target.anisotropic else f"sizes of 1/{1 / FINER:g}"
-    return (
-        f"an error of {target.error:g} is asked for, and {expected:.3g} is expected: one step gives {step} at most, "
-        "and limits of the case hold, such as spacing.minimum: adapt again to the new solution, or lower the limits"
+def _share_at_minimum(solution: Solution, problem: Problem, minimum: float | None) -> float:
+    """Share of the next mesh's nodes where its spacing is the smallest one that the case allows."""
+    if minimum is None:
+        return 0.0
+    d = problem.spacing.between(solution.points, solution.triangles)
+    nodes = np.abs(signed_areas(solution.points, solution.triangles)) / d**2
+    return float(nodes[d < (1 + SAME) * minimum].sum() / nodes.sum())
+
+
+def _missed_error(wanted: float, expected: float, step: float, share: float, *, anisotropic: bool) -> str:
+    """Warning of a relative error that is above the wanted one on the next mesh, with what is in the way.
+
+    That is one step, with the error ``step`` if nothing else holds, or the case's limits: ``spacing.minimum``, which
+    holds at a ``share`` of the nodes, or others.
+    """
+    far, limited = step > REACHED * wanted, expected > REACHED * step
+    most = f"{MOST_TIMES:g} times as many nodes" if anisotropic else f"sizes of 1/{1 / FINER:g}"
+    holding = f"spacing.minimum holds at {share:.1%} of the nodes" if share else "limits of the case hold"
+    causes = {f"one step gives {most} at most": far, holding: limited or not far}
+    cures = {"adapt again to the new solution": far, "lower it" if share else "lower them": limited or not far}
+    in_the_way, cure = (
+        word.join(text for text, holds in row.items() if holds) for word, row in ((", and ", causes), (", or ", cures))
     )
+    return f"an error of {wanted:g} is asked for, and {expected:.3g} is expected: {in_the_way}: {cure}"
 
 
 def _next_in_metric(
     case: Case, domain: Domain, solution: Solution, estimate: Estimate, target: Target, stopwatch: Stopwatch
-) -> tuple[Problem, dict[str, Any]]:
-    """The next mesh as a problem whose metric follows from the solution's second derivatives, and how it starts.
+) -> tuple[Problem, dict[str, Any], float]:
+    """The next mesh as a problem whose metric follows from the solution's second derivatives.
+
+    What else comes out is that of `_next_problem`.
 
     The error of the gradient falls with the square root of the number of nodes: so many lead to a wanted one. If a
     number that is asked for cannot be had it is an error of the user's.
@@ -249,7 +272,9 @@ def _next_in_metric(
         other = scaled(replace(held, rules=replace(held.rules, across=0.0)))
         problem, request = min((problem, request), other, key=lambda found: found[0].expected_nodes)
         problem = replace(problem, seconds=stopwatch.seconds)  # of both
-    return _aimed(problem, request, nodes, target), {"unchanged": 0.0, "start": "method", "anisotropic": True}
+    start = {"unchanged": 0.0, "start": "method", "anisotropic": True}
+    step = estimate.error * float(np.sqrt(len(points) / nodes))
+    return _aimed(problem, request, nodes, target), start, step
 
 
 def _held(case: Case, domain: Domain, at: SpacingAtScale, solution: Solution) -> SpacingRequest:

@@ -18,6 +18,7 @@ from sweeps import sweep
 import bubblemesh
 from benchmarks import adaptivity
 from benchmarks.adaptivity import CASE, adaptive, order, singular, uniform
+from bubblemesh.adaptivity.adapt import _missed_error
 from bubblemesh.adaptivity.sizes import smooth_sizes
 from bubblemesh.errors import CaseError, LimitError
 
@@ -103,10 +104,30 @@ def test_a_wanted_error_is_met_after_a_few_loops():
     assert len(mesh.points) < 280  # about the least
 
 
+@pytest.mark.parametrize(
+    ("step", "share", "told"),
+    [
+        (0.02, 0.123, "spacing.minimum holds at 12.3% of the nodes: lower it"),
+        (0.02, 0.0, "limits of the case hold: lower them"),
+        (0.05, 0.0, "one step gives sizes of 1/16 at most: adapt again to the new solution"),
+        (
+            0.04,
+            0.123,
+            "one step gives sizes of 1/16 at most, and spacing.minimum holds at 12.3% of the nodes: "
+            "adapt again to the new solution, or lower it",
+        ),
+    ],
+)
+def test_what_keeps_a_wanted_error_out_of_reach_is_named(step, share, told):
+    text = _missed_error(0.03, 0.05, step, share, anisotropic=False)
+    assert text == f"an error of 0.03 is asked for, and 0.05 is expected: {told}"
+
+
 @pytest.mark.parametrize("keys", [["spacing.minimum=0.05"], ["spacing.minimum=0.001"]])
 def test_an_error_that_is_out_of_reach_is_told(plate, keys):
     warnings = bubblemesh.adapt(case_of(PLATE, *keys), bump(plate), error=0.15).report["warnings"]
-    assert ("an error of 0.15 is asked for, and 0.3" in "".join(warnings)) == (keys == ["spacing.minimum=0.05"])
+    told = r"an error of 0\.15 is asked for, and 0\.3.*: spacing\.minimum holds at \d+\.\d% of the nodes: lower"
+    assert bool(re.search(told, "".join(warnings))) == (keys == ["spacing.minimum=0.05"])
 
 
 @pytest.mark.long
