@@ -17,7 +17,8 @@ import bubblemesh
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.run import packing, time_limit
+from bubblemesh.process import stopwatch
+from bubblemesh.run import time_limit
 from bubblemesh.run.pipeline import mesh_case
 
 PLATE = {"rectangle": [0, 0, 2, 1], "labels": ["bottom", "right", "top", "left"]}
@@ -238,7 +239,11 @@ def test_a_limit_on_time_ends_a_refinement_that_would_take_minutes_with_or_witho
 
 
 def test_a_limit_on_time_that_is_met_in_the_refinement_is_told(monkeypatch):
-    monkeypatch.setattr(packing, "enter", lambda stage: monkeypatch.setattr(time_limit, "time_left", lambda: 0.0))
+    def enter(stage):
+        if stage == "refinement":
+            monkeypatch.setattr(time_limit, "time_left", lambda: 0.0)
+
+    monkeypatch.setattr(stopwatch, "enter", enter)
     result = meshed(NEAR_CIRCLES, angle_min=30, spacing=MEDIUM, limits={"seconds": 100})
     reason = "the time limit of 100 s"
     assert str(result.verdict) == f"limits.seconds: stopped by {reason}: the mesh is as it was then"
