@@ -103,8 +103,10 @@ class Solution:
 def _rounded(points: Floats, corners: Floats) -> str:
     """What made a triangle (3, 2) flat and what to do, if all coordinates (n, 2) are rounded and it is as small."""
     steps = {}
-    if (points.astype(np.float32) == points).all():
-        steps["single precision"] = float(np.spacing(np.abs(points).max().astype(np.float32)))
+    with np.errstate(over="ignore"):  # coordinates that are too large for it
+        single = points.astype(np.float32)
+    if (single == points).all():
+        steps["single precision"] = float(np.spacing(np.abs(single).max()))
     for digits in FEW_DIGITS:
         last = 10.0 ** (np.floor(np.log10(np.where(points == 0, 1, np.abs(points)))) - digits + 1)
         if np.allclose(points / last, np.rint(points / last), rtol=0, atol=EXACT):

@@ -100,7 +100,8 @@ class CirclePacking:
     def finish(self, stage: Stage, counts: Counts) -> tuple[int, Relaxed]:
         """Finish the packing; the number of new bubbles, and the last relaxations as one.
 
-        Between the passes of the smoothing the population is controlled, and after them the worst triangles are mended.
+        Between the passes of the smoothing the population is controlled, and after them the worst triangles are
+        smoothed and mended.
         """
         method, (domain, random, progress) = self.method, self.setting
         inserted, relaxed = 0, Relaxed.none(self.net.bubbles)
@@ -112,13 +113,17 @@ class CirclePacking:
                 inserted += self._controlled_again()
             self.net = method.smoothing(self.net, domain, self.spacing)
             progress.add(SMOOTHING * len(self.net.bubbles))
-        if method.smoothing.passes:
-            self.net = method.smoothing(self.net, domain, self.spacing, last=True)
+        self._smooth_worst()  # so that mending is for what is left of them
         self.net = method.mending(self.net, domain, self.spacing, method.smoothing, random)
-        if method.smoothing.passes:
-            self.net = method.smoothing(self.net, domain, self.spacing, last=True)
+        self._smooth_worst()
         self.net = with_opposite_nodes(self.net, domain, self.spacing, method.smoothing)
         return inserted, relaxed
+
+    def _smooth_worst(self) -> None:
+        """The last pass of the smoothing, for the worst triangles, if there are any passes."""
+        smoothing = self.method.smoothing
+        if smoothing.passes:
+            self.net = smoothing(self.net, self.setting.domain, self.spacing, last=True)
 
     def _relaxed_again(self, relaxer: Relaxer, steps: int) -> Relaxed:
         """The last relaxations as one: they are repeated while bubbles are lost at the boundary."""
