@@ -182,7 +182,9 @@ def test_links_to_the_gallery_lead_to_its_cases():
 def test_the_site_is_built_without_warnings(tmp_path):
     if not all(map(find_spec, ("sphinx", "myst_parser", "furo", "sphinx_design"))):
         pytest.skip('the site needs pip install -e ".[docs]"')
-    command = [sys.executable, "-m", "sphinx", "-W", "-q", "-d", tmp_path / "trees", DOCS, tmp_path / "site"]
-    built = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    site = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q"]
+    built = subprocess.run(
+        [*site, "-d", tmp_path / "trees", DOCS, tmp_path / "site"], capture_output=True, text=True, cwd=tmp_path
+    )
     assert built.returncode == 0, built.stderr
     assert "configs/gallery/bracket.yaml" in (tmp_path / "site/gallery.html").read_text(encoding="utf-8")
