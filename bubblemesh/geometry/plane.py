@@ -37,10 +37,10 @@ class Plane:
 
     @classmethod
     def about(cls, source: str, target: str | None, points: Floats) -> "Plane":
-        """The plane about the middle of points (n, 2)."""
+        """The plane about the middle of points (n, 2), or about (0, 0) if that is no place: then `to` tells a point."""
         low, high = points.min(axis=0), points.max(axis=0)
-        (longitude, latitude), *_ = transformed(source, DEGREES, (low + high)[None] / 2).tolist()
-        return cls(source, target, (round(longitude, DIGITS), round(latitude, DIGITS)))
+        middle = transformed(source, DEGREES, (low + high)[None] / 2)[0]
+        return cls(source, target, as_point(np.round(middle, DIGITS) if np.isfinite(middle).all() else np.zeros(2)))
 
     @cached_property
     def definition(self) -> str:

@@ -232,7 +232,10 @@ def jumps_across(trials: Sequence[CountTrial], target: float) -> bool:
 
 
 def next_aim(trials: Sequence[CountTrial], target: float, flattest: float = FLATTEST) -> float:
-    """Rough number to try next: by the secant through the two best trials, or half-way between both sides."""
+    """Rough number to try next: by the secant through the two best trials, half-way between both sides, or beyond one.
+
+    It is finite: where more was found by fewer on the one side that is known, it is a step from there.
+    """
     finite = [trial for trial in trials[::-1] if np.isfinite(trial[1])]  # of equally good ones the last one leads on
     finite.sort(key=lambda trial: abs(trial[1] - target))
     below = max((x for x, y in trials if y < target), default=-np.inf)
@@ -244,7 +247,11 @@ def next_aim(trials: Sequence[CountTrial], target: float, flattest: float = FLAT
     if others and others[0][0] != x:
         slope = max((others[0][1] - y) / (others[0][0] - x), flattest)
     aim = x + float(np.clip((target - y) / slope, -MOST_STEP, MOST_STEP))
-    return aim if below < aim < above else (below + above) / 2
+    if below < aim < above:
+        return aim
+    if not np.isfinite(above):
+        return below + MOST_STEP
+    return (below + above) / 2 if np.isfinite(below) else above - MOST_STEP
 
 
 def out_of_reach(nodes: float, closest: float) -> CaseError | LimitError:

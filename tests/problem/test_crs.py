@@ -637,6 +637,11 @@ def test_a_vertex_of_a_file_that_is_no_place_is_told_with_its_feature(in_folder)
         ({"outer": {"rectangle": [0, 80, 10, 95]}}, DEGREES, r"\(10, 95\) is no longitude and latitude"),
         ({"outer": {"rectangle": [-179, -10, 179, 10]}}, DEGREES, "spans 358 degrees of longitude: if it crosses"),
         ({"outer": {"rectangle": [-60, -40, 60, 40]}}, DEGREES, "km from the middle of the domain"),
+        (
+            {"outer": {"rectangle": [1e8, 1e8, 2e8, 2e8]}},
+            {"from": "EPSG:25832"},
+            r"the outer ring: \(1e\+08, 1e\+08\) is no place of EPSG:25832: correct it, or crs.from",
+        ),
         ({"file": "coast.geojson", "scale": 1000}, DEGREES, "coast.geojson: units and scale are not for coordinates"),
         (
             {"outer": {"path": [[0, 50], [2, 50], {"arc": {"to": [0, 50], "center": [1, 50], "turn": "left"}}]}},

@@ -7,6 +7,7 @@ import pytest
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.geometry.arrangement import clipping
 from bubblemesh.geometry.label_distances import require_labels
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.run.pipeline import mesh_case
@@ -70,6 +71,13 @@ class TestLines:
         found = domain_of(SQUARE + ", lines: [{file: a.wkt, outside: skip}]")
         assert found.notes == ("1 line left out, outside of the domain",)
         assert found.boundary.lengths[found.boundary.inner].sum() == pytest.approx(3 * np.sqrt(2) + 2)
+
+    def test_a_line_outside_is_looked_at_once_however_many_sides_it_has(self, domain_of, monkeypatch):
+        looked_at, middles = [], clipping._middles
+        monkeypatch.setattr(clipping, "_middles", lambda line: looked_at.append(line) or middles(line))
+        far = "LINESTRING (" + ", ".join(f"{20 + k} {20 + k % 2}" for k in range(50)) + ")"
+        domain_of(SQUARE + ", lines: [{file: a.wkt, outside: skip}]", a_wkt=far)
+        assert len(looked_at) == 1
 
     @pytest.mark.parametrize(("label", "told"), [("", "'edge'"), (", label: own", "'own'")])
     def test_an_error_names_the_feature(self, domain_of, label, told):

@@ -342,6 +342,13 @@ class TestSearch:
         assert next_aim([(0.0, 0.0), (1.0, np.inf)], 9.0) == 0.5
         assert next_aim([(0.0, 1.0), (1.0, 1.0)], 1.2) > 1.0
 
+    @pytest.mark.parametrize("target", [0.0, 2.0])
+    def test_where_more_was_found_by_fewer_it_goes_on_from_the_side_that_is_known(self, target):
+        trials = [(0.0, 1.0), (-1.0, 1.1), (-2.0, 1.2)]
+        aim = next_aim(trials, target, 0.5)
+        assert np.isfinite(aim)
+        assert aim < -2 if target == 0 else aim > 0
+
 
 def test_rough_numbers_fall_with_the_scale():
     scales = Scales.of(Domain.of(rings.rectangle(0, 0, 1, 1)), lambda s: Spacing(lambda x, y: s * (0.1 + x)))

@@ -11,7 +11,7 @@ from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import InnerPoint, OpenPath, Ring, as_point
+from bubblemesh.geometry.paths import InnerPoint, OpenPath, Point, Ring, as_point
 from bubblemesh.messages import counted, listed, place
 
 MOST_NAMED = 5
@@ -35,17 +35,20 @@ def without_outside(
     points = [point for point, out in zip(parts.points, outside.tolist(), strict=True) if out]
     _require_none([point for point in points if not point.optional])
 
-    def is_outside(line: OpenPath) -> bool:
+    def middle_outside(line: OpenPath) -> Point | None:
+        """The middle of a line's first chord, if all of the line is outside."""
         # Chords of a line along a curve of the boundary may be beyond those of the polygon.
         if length_inside(line, polygon) > tolerance:
-            return False
-        return bool((signed_distance(_middles(line)) < -tolerance).all())
+            return None
+        middles = _middles(line)
+        return as_point(middles[0]) if (signed_distance(middles) < -tolerance).all() else None
 
-    lines = [line for line in parts.lines if line.optional and is_outside(line)]
+    middles = [(line, middle_outside(line)) for line in parts.lines if line.optional]
+    lines = [line for line, middle in middles if middle is not None]
     notes = [f"{counted(len(points), 'point')} left out, outside of the domain: {_named(points)}"] if points else []
     notes += [f"{counted(len(lines), 'line')} left out, outside of the domain"] if lines else []
     gone = {*map(id, points), *map(id, lines)}
-    places = {side.label or line.label: as_point(_middles(line)[0]) for line in lines for side in line.sides}
+    places = {side.label or line.label: at for line, at in middles if at is not None for side in line.sides}
     return replace(
         parts,
         lines=tuple(line for line in parts.lines if id(line) not in gone),
