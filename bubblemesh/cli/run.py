@@ -61,7 +61,9 @@ def run(
         raise CaseError("--plot: draws the spacing of a dry run: add --dry-run, or draw the mesh by bubblemesh plot")
     loaded = case_at(case, overrides, untrusted)
     # Workers start while the rest is loaded here; the folder of parts, to which they write, is removed after they end.
-    with ExitStack() as outlasting, crew_for(loaded.parts, jobs, cluster, warn, at_once=not dry_run) as crew:
+    memory_mb = loaded.limits.max_memory_mb
+    hired = crew_for(loaded.parts, jobs, cluster, warn, at_once=not dry_run, memory_mb=memory_mb)
+    with ExitStack() as outlasting, hired as crew:
         from bubblemesh.run import pipeline
         from bubblemesh.run.output import OutputOptions, place_of
         from bubblemesh.run.packing import RunOptions

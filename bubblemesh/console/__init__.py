@@ -21,12 +21,16 @@ from bubblemesh.messages import printable
 
 
 class Terminal(Console):
-    """A console with styles of its own only: control characters in a text are shown as escapes.
+    """A console with styles of its own only: texts are shown as they are, control characters in them as escapes.
 
-    It is ``busy`` while it prints: an exception at that time would leave it silent.
+    It is ``busy`` while it prints: an exception at that time would leave it silent. The options are those of
+    `rich.console.Console`.
     """
 
     busy = False
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(markup=False, emoji=False, highlight=False, soft_wrap=True, **options)
 
     def print(self, *objects: Any, **options: Any) -> None:
         """Print as `rich.console.Console` does."""
@@ -59,8 +63,8 @@ class StandardOutput(Terminal):
             raise unwritten("to the standard output", error) from error
 
 
-terminal = Terminal(stderr=True, highlight=False, soft_wrap=True)
-output = StandardOutput(highlight=False, soft_wrap=True)
+terminal = Terminal(stderr=True)
+output = StandardOutput()
 
 
 def warn(messages: Sequence[str]) -> None:

@@ -19,6 +19,7 @@ def crew_for(
     warn: Callable[[str], None],
     *,
     at_once: bool,
+    memory_mb: float | None,
 ) -> "AbstractContextManager[Crew]":
     """Crew that packs the parts of a mesh.
 
@@ -32,6 +33,8 @@ def crew_for(
         Called with warnings on workers.
     at_once
         Whether workers are started now, or for the first part.
+    memory_mb
+        Limit on the memory of each worker; None for no limit.
 
     Raises
     ------
@@ -51,4 +54,4 @@ def crew_for(
 
     # With `parts: auto` one part may be enough, and they start in vain; but who asks for parts mostly has a large mesh.
     ahead = PACKING if at_once and parts != 1 else None
-    return crew_of(workers_at(jobs, cluster), warn, ahead, MANY if parts == "auto" else parts)
+    return crew_of(workers_at(jobs, cluster), warn, ahead, MANY if parts == "auto" else parts, memory_mb)

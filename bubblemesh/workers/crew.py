@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar, cast
 
 from bubblemesh.errors import BubblemeshError, FileError, LimitError, prefixed
 from bubblemesh.messages import ToldPlaces, places_as, places_now
+from bubblemesh.process.limits import within
 from bubblemesh.workers.hire import Hire
 from bubblemesh.workers.supervision import Ended, failure, supervised
 from bubblemesh.workers.workers import Workers, travelling
@@ -18,7 +20,13 @@ MANY = 1 << 30  # workers, for no limit: `Hire` knows how many there can be
 
 
 @contextmanager
-def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None, most: int = MANY) -> Iterator["Crew"]:
+def crew_of(
+    hire: Hire,
+    warn: Callable[[str], None],
+    ahead: str | None = None,
+    most: int = MANY,
+    memory_mb: float | None = None,
+) -> Iterator["Crew"]:
     """Crew of workers that end with the block.
 
     Parameters
@@ -32,6 +40,8 @@ def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None, m
         are started for the first job.
     most
         The largest number of workers.
+    memory_mb
+        Limit on the memory of each worker; None for no limit.
     """
     with ExitStack() as stack:
         hired: list[Workers] = []
@@ -41,31 +51,35 @@ def crew_of(hire: Hire, warn: Callable[[str], None], ahead: str | None = None, m
         def call(function: Callable[..., T], jobs: Iterable["Job"]) -> Iterator[tuple[int, T]]:
             if not hired:
                 hired.append(stack.enter_context(hire(most)))
-            return called(hired[0], function, jobs, warn)
+            return called(hired[0], function, jobs, warn, memory_mb)
 
         yield call
 
 
 def called(
-    workers: Workers, function: Callable[..., T], jobs: Iterable["Job"], warn: Callable[[str], None]
+    workers: Workers,
+    function: Callable[..., T],
+    jobs: Iterable["Job"],
+    warn: Callable[[str], None],
+    memory_mb: float | None = None,
 ) -> Iterator[tuple[int, T]]:
     """Results of a function for all jobs, as they come, with the numbers of the jobs.
 
-    A job whose worker dies is given to another one.
+    A job whose worker dies is given to another one. No worker may hold more memory than the limit, if there is one.
 
     Raises
     ------
     FileError
         If the workers are out of reach.
     BubblemeshError
-        For a job whose worker dies each time: LimitError if that was for want of memory.
+        For a job whose worker dies each time: LimitError if that was for want of memory, or the limit was exceeded.
     Exception
         What the function raises.
     """
     all_ended = supervised(
         workers,
         enumerate(jobs),
-        lambda given: workers.submit(answer, places_now(), function, *given[1].arguments),
+        lambda given: workers.submit(answer, places_now(), memory_mb, function, *given[1].arguments),
         warn=warn,
     )
     for ended in all_ended:
@@ -90,14 +104,14 @@ class Answer(NamedTuple, Generic[T]):
         return cast(T, self.value)
 
 
-def answer(told: ToldPlaces, function: Callable[..., T], *arguments: object) -> Answer[T]:
-    """Answer of a function: its errors are values, so that they differ from errors of the workers.
+def answer(told: ToldPlaces, memory_mb: float | None, function: Callable[..., T], *arguments: object) -> Answer[T]:
+    """Answer of a function within a limit on memory: its errors are values, so that they differ from errors of workers.
 
     They tell places as the process that asks does.
     """
     try:
         with places_as(told):
-            return Answer(function(*arguments), None)
+            return Answer(within(lambda: function(*arguments), None, memory_mb, perf_counter()), None)
     except Exception as error:
         return Answer(None, travelling(error))
 

@@ -26,7 +26,7 @@ ROW = RoundRow(1, 250, 826, 709, 120, 3, 1.5e-4, 0.9512, 0.61, 400_000, 0.25)
 def terminal(monkeypatch, *, live, width=120, height=25):
     stream = io.StringIO()
     size = {"width": width, "height": height}
-    fake = console.Terminal(file=stream, force_terminal=live, **size, soft_wrap=True, highlight=False, _environ={})
+    fake = console.Terminal(file=stream, force_terminal=live, **size, _environ={})
     monkeypatch.setattr(console, "terminal", fake)
     return stream
 
@@ -299,6 +299,23 @@ def test_no_text_steers_the_terminal(monkeypatch):
     assert r"plate\x1b]0;title\x1b[31m\x9b2J\u202e\udcff" in shown  # Rich leaves out what rings and returns
     assert "\n  second problem" in shown
     assert "\nerror: all" not in shown
+
+
+@pytest.mark.parametrize("live", [True, False])
+@pytest.mark.parametrize("name", ["[/wall]", "steel [left]", "[red]wall", ":warning:", "a\\[b]"])
+def test_texts_are_shown_as_they_are(name, live, monkeypatch):
+    stream = terminal(monkeypatch, live=live)
+    table = console.new_table(title=name)
+    table.add_column(name)
+    table.add_row(name)
+    console.terminal.print(table)
+    console.terminal.print(name)
+    progress = BatchProgress(quiet=False)
+    begin(progress, name)
+    progress.note(1, 2, 100)
+    console.terminal.print(progress.picture())
+    shown = re.sub(r"\x1b\[[0-9;]*m", "", stream.getvalue())
+    assert shown.count(name) == 5
 
 
 def test_a_live_picture_has_the_styles_of_the_console_only(monkeypatch):

@@ -29,6 +29,7 @@ from bubblemesh.geometry.plane import Plane
 from bubblemesh.messages import place, tell_places_by, tell_places_of
 from bubblemesh.packing.configure import OptionError
 from bubblemesh.parts.work import Job
+from bubblemesh.process.memory_limit import memory_can_be_limited
 from bubblemesh.run.pipeline import mesh_case
 from bubblemesh.spacing.expression import UnknownNameError
 from bubblemesh.workers.crew import called, crew_of
@@ -54,6 +55,22 @@ def test_all_jobs_have_a_result(workers):
         k: k * k for k in range(20)
     }
     assert told == []
+
+
+def limit_on_data():
+    import resource
+
+    return resource.getrlimit(resource.RLIMIT_DATA)[0]
+
+
+@pytest.mark.skipif(not memory_can_be_limited(), reason="this system cannot limit the memory of a process")
+def test_a_limit_on_memory_holds_in_each_worker_as_long_as_it_has_a_job(workers):
+    (limited,) = dict(called(workers, limit_on_data, [Job("", ())], print, 1000)).values()
+    assert 0 < limited < 4e9
+    (again,) = dict(called(workers, limit_on_data, [Job("", ())], print)).values()
+    assert again not in range(limited + 1)
+    with pytest.raises(LimitError, match=r"^part 2: limits\.max_memory_mb: more than the limit of 300 MB is needed"):
+        list(called(workers, np.ones, [Job("part 2", (10**9,))], print, 300))
 
 
 def refused_at(point):

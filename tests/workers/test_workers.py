@@ -175,7 +175,7 @@ def test_an_error_that_does_not_travel_is_told_and_the_process_stays(error):
         with pytest.raises(BubblemeshError, match=r"^Held: a fault$"):
             workers.submit(eval, raising).result()
         with pytest.raises(BubblemeshError, match=r"^Held: a fault$"):
-            workers.submit(answer, places_now(), eval, raising).result().get()
+            workers.submit(answer, places_now(), None, eval, raising).result().get()
         assert workers.submit(os.getpid).result() == pid
 
 
