@@ -19,7 +19,7 @@ MOST_NAMES = 20  # that one message lists
 LONGEST_REASON = 200  # letters of what a library says of a file that it cannot read
 ALIKE = 0.65  # of 1: a word that is no more like another one is hardly a slip of the pen
 NAME = re.compile(r"(?<!\w)'[^']+'(?!\w)")  # in quotes
-WIDEST = re.compile(r"the widest(?: gap)? \(([^ )]+)\)")  # of several gaps
+WIDEST = re.compile(r"the widest(?: gap)? \((\d+(?:\.\d+)?(?:e[-+]?\d+)?)\)")  # of several gaps
 NUMBERS = re.compile(r"[-+]?\d+(,\d{3})*(\.\d+)?(e[-+]?\d+)?")
 
 # How places are written depends on the domain of the run. Its size is told by each file that is read, and then by all

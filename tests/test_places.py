@@ -103,6 +103,11 @@ def test_of_warnings_on_gaps_the_widest_is_told():
     assert once_each([told[0], "b", told[1]]) == (f"{told[1]} (and 1 more like it)", "b")
 
 
+@pytest.mark.parametrize("label", ["the widest (x)", "the widest (1e)", "the widest gap (nan)"])
+def test_names_that_look_like_gaps_are_none(label):
+    assert once_each([f"line '{label}' 1", f"line '{label}' 2"]) == (f"line '{label}' 1 (and 1 more like it)",)
+
+
 def test_names_of_warnings_that_are_one_are_listed():
     told = [f"'hole-{number}' has {number} sides, and 'inlet' is {number} long" for number in (1, 2, 2, 3)]
     assert once_each(told) == (f"{told[0]} (and 3 more like it: 'hole-2', 'hole-3')",)
