@@ -87,4 +87,5 @@ def split(domain: Domain, places: Places, done: Packed, target: Spacing | None) 
     core = Core(x[count:], rest.astype(np.int32), inner.astype(np.int32), quality, targets)
     sizes = len(core.x), len(rest)
     told = done.start, Record.in_turn(done.rounds)
-    return Part(core, Margin(band, census, valence[:count], each_once(inner), *sizes, *told))
+    figures = target is not None, census, valence[:count]
+    return Part(core, Margin(band, *figures, each_once(inner), *sizes, *told))

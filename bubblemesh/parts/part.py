@@ -33,6 +33,7 @@ class Margin(NamedTuple):
     """Margin of a packed part: all that is known of it beside its core."""
 
     band: Band
+    figured: bool  # whether figures are wanted, and there
     census: Census | None  # of the core, if it has triangles and figures are wanted
     valence: Integers  # (n,): edges of the core at each node of the band, but for those of the rim
     regions: Integers  # (k,): of the core

@@ -151,7 +151,7 @@ def _packed_parts(
         part = PartJob(domain, places[cell], shares[cell] * expected_nodes, terms.for_part(shares[cell]))
         return Job(f"the part around {_middle_of(domain.bounds)}", (part,))
 
-    margins = workshop.margins(job, [(1 - SEAMS_WORK) * share for share in shares])
+    margins = workshop.margins(job, [(1 - SEAMS_WORK) * share for share in shares], terms.target is not None)
     for cell in range(cuts.cells):
         if cell not in places:  # it was kept
             _, places[cell] = division.part(cell)

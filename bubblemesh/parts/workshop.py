@@ -25,13 +25,15 @@ class Workshop:
     on_done: Callable[[Record], None]  # is called with each part, in their order, and with each pass over the seams
     on_share: Callable[[float], None]  # is called with the share of all that is done
 
-    def margins(self, job: JobOf, work: Sequence[float]) -> list[Margin]:
+    def margins(self, job: JobOf, work: Sequence[float], figured: bool) -> list[Margin]:
         """Pack the parts that are not kept yet, and keep them: the margin of each part.
 
-        The job of a part has a `PartJob`; ``work`` has the share of each in all that is to be done.
+        The job of a part has a `PartJob`; ``work`` has the share of each in all that is to be done. Parts that are kept
+        without figures, for another output, are packed again if they have to be ``figured``.
         """
         kept = ((number, self.store.margin(number)) for number in range(len(work)))
-        known = {number: margin for number, margin in kept if margin is not None and not margin.record.late}
+        done = ((number, margin) for number, margin in kept if margin is not None and not margin.record.late)
+        known = {number: margin for number, margin in done if margin.figured or not figured}
         left = [number for number in range(len(work)) if number not in known]
         margins = list[Margin]()
         for margin in self._in_order(chain(known.items(), self._fresh(job, left, work)), work):

@@ -307,6 +307,17 @@ def test_a_damaged_part_is_packed_again(here, monkeypatch):
     assert (here / "out/plate.h5").read_bytes() == (here / "once/plate.h5").read_bytes()
 
 
+@pytest.mark.parametrize(("first", "then", "left"), [("2", "null", [0, 1]), ("null", "2", [])])
+def test_parts_without_figures_are_packed_again_for_an_output_that_needs_them(here, monkeypatch, first, then, left):
+    ended_on_its_way(monkeypatch, "--set", f"output.partition={first}")
+    packed = noted_parts(monkeypatch)
+    words = "run", "plate.yaml", "--parts", "2", "-q", "--set", f"output.partition={then}"
+    assert command(*words, "-o", "out", "--resume")[0] == 0
+    assert sorted(packed) == left
+    assert command(*words, "-o", "once")[0] == 0
+    assert (here / "out/plate.h5").read_bytes() == (here / "once/plate.h5").read_bytes()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="folders have no locks")
 def test_two_runs_do_not_share_kept_parts(here, monkeypatch):
     ended_on_its_way(monkeypatch)
