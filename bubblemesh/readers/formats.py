@@ -115,7 +115,7 @@ def read_areas(path: Path, selection: Selection, projection: MapProjection = UNP
     point or line.
     """
     with prefixed(path):
-        chosen = _chosen(path, selection, projection, is_map=is_of_maps(path))
+        chosen = _chosen(path, selection, projection, is_map=is_of_maps(path), single=selection.part is None)
         areas = areas_by_nesting(chosen.areas, chosen.loose, chosen.hole_points)
         part = selection.part
         if selection.repair is not None:
@@ -203,12 +203,17 @@ def files_of(path: Path) -> list[Path]:
     return [path, *beside(path, () if known is None else known.beside)]
 
 
-def _chosen(path: Path, selection: Selection, projection: MapProjection, is_map: bool = False) -> Chosen:
-    """Part of a file that the selection takes, with curves that meet joined into rings; ``is_map`` for its notes."""
+def _chosen(
+    path: Path, selection: Selection, projection: MapProjection, is_map: bool = False, single: bool = False
+) -> Chosen:
+    """Part of a file that the selection takes, with curves that meet joined into rings.
+
+    For messages ``is_map`` is that of `degrees_notes`, and ``single`` that of `bounding`.
+    """
     content = read_content(path, selection)
     features = projected_features(path, content, selection, projection)
     size, size_notes = _measured(content, features, selection, projection, is_map)
-    found = bounding(features, joining_of(selection, size), whole=selection.feature is None)
+    found = bounding(features, joining_of(selection, size), whole=selection.feature is None, single=single)
     areas = [Area(outer, tuple(holes)) for outer, *holes in found.areas]
     notes = [*content.notes, *found.notes, *size_notes]
     if selection.join is not None and found.areas and not any(one.curves for one in features):

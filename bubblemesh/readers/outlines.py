@@ -1,7 +1,7 @@
 """Outlines: the curves and rings of chosen features of a file that bound areas, and notes on what is left out."""
 
 from collections.abc import Sequence
-from functools import reduce
+from functools import partial, reduce
 from operator import add
 from typing import NamedTuple
 
@@ -31,7 +31,7 @@ class Bounding(NamedTuple):
     notes: list[str]
 
 
-def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = False) -> Bounding:
+def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = False, single: bool = False) -> Bounding:
     """Outlines of areas: only polygons if there are any, else closed curves and lines that meet.
 
     Spare features are used if there are no others, and fills also if the others do not close.
@@ -44,6 +44,8 @@ def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = Fal
         Rules for joining curves.
     whole
         Whether these are all features of the file or of its layers, so that messages can name features by number.
+    single
+        Whether they have to bound a single area, so that messages advise to choose a part of several.
 
     Raises
     ------
@@ -60,7 +62,7 @@ def bounding(features: Sequence[Feature], joining: Joining, *, whole: bool = Fal
         found, notes = _bounding(kinds[used], joining), []
     except GeometryError as error:
         if used is not None or not kinds[FILL]:
-            advice = ways_out(kinds[used], given, joining, _tried, whole)
+            advice = ways_out(kinds[used], given, joining, partial(_tried, single=single), whole)
             raise GeometryError(f"{error}: {advice}") from None
         used, found = FILL, _bounding(kinds[FILL], joining)
         notes = [f"lines beside fills do not close and are left out ({error})"]
@@ -126,8 +128,8 @@ def _nothing(features: Sequence[Feature], slips: Slips, left_out: str) -> Bubble
     return CaseError(f"there is no ring in it{but}: give closed curves, or lines that meet")
 
 
-def _tried(features: Sequence[Feature], joining: Joining) -> JoinOutcome | None:
-    """Outcome of joining features; None if a ring does not close or collapses."""
+def _tried(features: Sequence[Feature], joining: Joining, single: bool) -> JoinOutcome | None:
+    """Outcome of joining features to a ``single`` area or to any; None if a ring does not close or collapses."""
     try:
         seen = clipped(features, joining)[0]
         used = next((kind for kind in (None, *SPARE) if any(one.bounds for one in seen if one.spare == kind)), None)
@@ -138,5 +140,7 @@ def _tried(features: Sequence[Feature], joining: Joining) -> JoinOutcome | None:
     if not areas or found.slips.flat != sum(one.slips.flat for one in seen if one.spare == used):
         return None
     shapes = shapes_of(areas)
-    sound = bool(shapely.is_valid(shapes[np.argmax(shapely.area(shapes))]))
-    return JoinOutcome(len(found.areas) + len(found.rings), len(areas), sound)
+    taken = shapes[[np.argmax(shapely.area(shapes))]] if single else shapes
+    return JoinOutcome(
+        len(found.areas) + len(found.rings), single and len(areas) > 1, bool(shapely.is_valid(taken).all())
+    )

@@ -21,19 +21,19 @@ class JoinOutcome(NamedTuple):
     """Outcome of joining some features."""
 
     rings: int
-    areas: int  # number of separate areas
-    sound: bool  # whether the rings of the largest area do not cross
+    choice: bool  # whether one of several areas has to be chosen, the largest
+    sound: bool  # whether the rings of the areas that are taken do not cross
 
     @property
     def more(self) -> str:
-        """The further keys that are needed to have one area."""
-        part, repair = " and part: largest" * (self.areas > 1), " and repair: true" * (not self.sound)
+        """The further keys that are needed."""
+        part, repair = " and part: largest" * self.choice, " and repair: true" * (not self.sound)
         return f"{part}{repair}"
 
     @property
     def rank(self) -> int:
         """Number of these further keys."""
-        return (self.areas > 1) + (not self.sound)
+        return self.choice + (not self.sound)
 
 
 JoinTrial = Callable[[Sequence[Feature], Joining], JoinOutcome | None]  # outcome of features, None if they do not close

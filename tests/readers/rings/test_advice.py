@@ -4,6 +4,7 @@ import re
 
 import pytest
 from geometry_files import domain
+from shapely import affinity, from_wkt
 
 from bubblemesh.case import load_case
 from bubblemesh.errors import GeometryError
@@ -26,6 +27,24 @@ def test_gaps_name_the_join_that_closes_all_of_them(written):
     join = float(re.search(r"set join: (\S+), which closes all gaps", text)[1])
     assert 0.02 < join < 0.025
     assert domain(path, join=join).polygon.area == pytest.approx(12, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("keys", "part"),
+    [
+        ("file: a.wkt", True),
+        ("file: a.wkt, part: 1", False),
+        ("outer: {rectangle: [-1, -1, 9, 4]}, holes: [{file: a.wkt}]", False),
+        ("outer: {rectangle: [-1, -1, 9, 4]}, regions: [{name: r, ring: {file: a.wkt}}]", False),
+    ],
+)
+def test_a_part_is_named_only_where_one_has_to_be_chosen(written, keys, part):
+    beside = affinity.translate(from_wkt(f"GEOMETRYCOLLECTION ({GAPS.replace('LINE', ', LINE')[2:]})"), 4.5)
+    written("a.wkt", "\n".join([GAPS, *(line.wkt for line in beside.geoms)]))
+    with pytest.raises(GeometryError) as error:
+        case_domain(load_case(written("case.yaml", f"domain: {{{keys}}}\nspacing: 0.5\n")))
+    more = " and part: largest" if part else ""
+    assert re.search(rf"set join: \S+{more}, which closes all gaps", str(error.value))
 
 
 @pytest.mark.parametrize("text", ["LINESTRING (0 0, 4 0, 4 3)", GAPS.replace("0 3, 0 0", "0 3, 0 1")])
