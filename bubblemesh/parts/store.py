@@ -121,11 +121,11 @@ class Arrays:
 class Keeping(NamedTuple):
     """Where parts are kept, and whether the mesh stays there, to be written slice by slice."""
 
-    store: Callable[[float], Store]  # for the parts of a packing, by the factor of its spacing
+    store: Callable[[str], Store]  # for the parts of a packing, by its name among those of a case
     in_slices: bool
 
 
-IN_MEMORY = Keeping(lambda scale: InMemory(), in_slices=False)
+IN_MEMORY = Keeping(lambda name: InMemory(), in_slices=False)
 
 
 def _columns(record: Any, name: str = "") -> dict[str, NDArray[Any]]:

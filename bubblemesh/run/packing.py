@@ -185,7 +185,8 @@ def _in_parts(problem: Problem, options: RunOptions) -> tuple[PackedProblem, Tim
         limit.slowness = work.slowness()
         return Deadline.within(limit.left)
 
-    workshop = Workshop(options.crew, keeping.store(scale_of(problem)), _teller(records, options), limit.tell)
+    name = f"{scale_of(problem)!r}-{type(method.placement).__name__}"  # for a number of nodes these may change
+    workshop = Workshop(options.crew, keeping.store(name), _teller(records, options), limit.tell)
     with stopwatch.stage("packing"):
         parted = packed_in_parts(problem.packed_domain, problem.packed_nodes, parts, terms, workshop, deadline)
         packed = parted if stay else parted.whole(problem.packing_spacing)

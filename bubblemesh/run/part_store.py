@@ -49,7 +49,7 @@ def parts_kept(case: Case, place: Destination | StreamDestination, resume: bool,
             raise unwritten(place.folder, error) from error
         yield IN_MEMORY if folder is None else Keeping(partial(_store, folder, shared), in_slices)
         # The mesh is there: what earlier runs have left for one that goes on is not needed any more.
-        _remove_abandoned(place.folder.glob(f"{escape(kept)}*"), but=folder)
+        _remove_abandoned(place.folder.glob(escape(kept) + DIGITS * "[0-9a-f]"), but=folder)
 
 
 @contextmanager
@@ -77,9 +77,9 @@ def _remove_abandoned(folders: Iterable[Path], but: Path | None) -> None:
                     shutil.rmtree(folder, ignore_errors=True)
 
 
-def _store(folder: Path, shared: bool, scale: float) -> InFolder:
-    """Where the parts of a packing by the factor of its spacing are kept."""
-    own = folder / repr(scale)
+def _store(folder: Path, shared: bool, name: str) -> InFolder:
+    """Where the parts of the packing of some name are kept."""
+    own = folder / name
     try:
         own.mkdir(exist_ok=True)
     except OSError as error:

@@ -69,7 +69,7 @@ WITHOUT_PARTITION = ("xdmf", "nodes.npz", "nodes.csv")
 def sliced_of(text, folder):
     """The mesh of a case in slices, which are kept in a folder."""
     case = load_case("parts.yaml", text=text)
-    kept = Keeping(lambda scale: InFolder(folder), in_slices=True)
+    kept = Keeping(lambda name: InFolder(folder), in_slices=True)
     return run_case(case, RunOptions(keeping=kept)).mesh
 
 

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from contextlib import nullcontext
-from functools import cache
+from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
 from shutil import copytree
@@ -28,8 +28,10 @@ from bubblemesh.meshes.quality import Measures
 from bubblemesh.meshes.triangulation import triangulated
 from bubblemesh.parts.store import IN_MEMORY, InFolder, InMemory, Keeping
 from bubblemesh.parts.work import alone
+from bubblemesh.problem.prepare import prepare
 from bubblemesh.run import destination
-from bubblemesh.run.packing import RunOptions
+from bubblemesh.run.packing import RunOptions, pack
+from bubblemesh.run.part_store import _store
 from bubblemesh.run.pipeline import SlicedResult, mesh_case, run_case
 
 LINES = """
@@ -49,6 +51,7 @@ FINE = {
 COARSE = DISC.replace("0.04 + 0.05", "0.1 + 0.1")
 EXACT = "nodes", "triangles", "boundary_nodes", "bounds", "area", "area_error", "force_evaluations"
 BINS = 2e-3  # of quantiles from histograms of a few thousand numbers
+FIRST = "1.0-HexagonalLattice"  # packing of a case
 PLATE = """
 domain: {outer: {rectangle: [0, 0, 2, 1]}}
 spacing: 0.14
@@ -58,7 +61,7 @@ output: {formats: [xdmf]}
 
 
 def sliced(given, store):
-    result = run_case(given, RunOptions(keeping=Keeping(lambda scale: store, True)))
+    result = run_case(given, RunOptions(keeping=Keeping(lambda name: store, True)))
     assert isinstance(result, SlicedResult)
     return result
 
@@ -274,9 +277,9 @@ def test_files_are_the_same_whether_a_run_was_ended_on_its_way(folder, monkeypat
     assert code == 5
     assert told.endswith(": no more\n")
     (kept,) = (folder / "again").iterdir()
-    assert {path.name for path in (kept / "1.0").iterdir()} == {f"part-{number}.npz" for number in done}
-    times = {number: InFolder(kept / "1.0").margin(number).record.seconds for number in done}
-    (folder / "again" / ".plate.parts-0123").mkdir()  # of another state of the case
+    assert {path.name for path in (kept / FIRST).iterdir()} == {f"part-{number}.npz" for number in done}
+    times = {number: InFolder(kept / FIRST).margin(number).record.seconds for number in done}
+    (folder / "again" / ".plate.parts-0123456789abcdef").mkdir()  # of another state of the case
     assert command("run", "plate.yaml", "-o", "again", "--resume", *options)[0] == 0
     report = json.loads((folder / "again/plate.report.json").read_text())
     # They were not packed again.
@@ -297,7 +300,7 @@ def ended_on_its_way(monkeypatch, *words):
 def test_a_damaged_part_is_packed_again(here, monkeypatch):
     assert command("run", "plate.yaml", "-o", "once", "--parts", "2", "-q")[0] == 0
     ended_on_its_way(monkeypatch)
-    (kept,) = here.glob("out/.plate.parts-*/1.0/part-1.npz")
+    (kept,) = here.glob("out/.plate.parts-*/1.0-*/part-1.npz")
     content = bytearray(kept.read_bytes())
     content[content.index(b"core.quality.npy") + 300] ^= 1
     kept.write_bytes(content)
@@ -329,7 +332,7 @@ def test_two_runs_do_not_share_kept_parts(here, monkeypatch):
         assert code == 2
         assert "--resume: another run is at work with the parts in" in told.replace("\n", " ")
         assert command(*words, "--seed", "5")[0] == 0  # other inputs, which leave those alone
-        assert sorted(path.name for path in (kept / "1.0").iterdir()) == ["part-0.npz", "part-1.npz"]
+        assert sorted(path.name for path in (kept / FIRST).iterdir()) == ["part-0.npz", "part-1.npz"]
     assert command(*words)[0] == 0
     assert not list(here.glob("out/.*"))
 
@@ -341,6 +344,24 @@ def test_other_inputs_find_no_parts(here, monkeypatch):
     assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "--resume", "-q", "--seed", "5")[0] == 0
     assert sorted(packed) == [0, 1]
     assert not kept.exists()
+
+
+def test_parts_of_a_case_whose_name_begins_alike_stay(here):
+    (other := here / "out/.plate.parts-b.parts-0123456789abcdef").mkdir(parents=True)
+    (left := here / "out/.plate.parts-0123456789abcdef").mkdir()
+    assert command("run", "plate.yaml", "-o", "out", "--parts", "2", "-q")[0] == 0
+    assert other.exists()
+    assert not left.exists()
+
+
+def test_packings_by_rows_and_one_by_one_do_not_share_their_parts(tmp_path):
+    strip = "domain: {outer: {rectangle: [0, 0, 1, 0.07]}}\nspacing: 0.01\n"
+    by_rows = prepare(case(f"{strip}packing: {{effort: fast}}\n", 2))
+    keeping, numbers = Keeping(partial(_store, tmp_path, True), True), []
+    for problem in (by_rows, by_rows.one_by_one()):
+        numbers.append([pack(problem, RunOptions(keeping=some)).nodes for some in (keeping, IN_MEMORY)])
+    assert all(kept == in_memory for kept, in_memory in numbers)
+    assert numbers[0] != numbers[1]
 
 
 @pytest.mark.parametrize("options", [["--format", "xdmf"], ["--format", "msh"]])
