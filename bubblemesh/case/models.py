@@ -66,13 +66,22 @@ Solvers = Annotated[
 ]
 
 
+def _each_once(formats: tuple[FormatName, ...]) -> tuple[FormatName, ...]:
+    twice = next((name for name in formats if formats.count(name) > 1), None)
+    if twice is not None:
+        raise PydanticCustomError("twice", "{name} is there twice: name it once", {"name": twice})
+    return formats
+
+
 class Output(Strict):
     """Files to write, and where."""
 
     # `for` cannot be a name in Python.
     model_config = ConfigDict(serialize_by_alias=True)
 
-    formats: tuple[FormatName, ...] = Field(default=("msh", "vtu"), min_length=1, description="Mesh formats to write.")
+    formats: Annotated[tuple[FormatName, ...], AfterValidator(_each_once)] = Field(
+        default=("msh", "vtu"), min_length=1, description="Mesh formats to write."
+    )
     solver: Solvers | None = Field(
         default=None, alias="for", description="Solver that reads the mesh, or a list of them, in place of its formats."
     )

@@ -134,11 +134,11 @@ def destination_beside(
     A path that ends in a slash, is a folder, or has no ending is a folder; any other one is a file, whose format is
     that of its ending. A mesh may be written in so many ``slices`` at the most, if all formats can. CaseError if the
     format or the solver is unknown, or the format is not that of the file's ending, has no form for the order of the
-    triangles, or would be too many files; FileError if a file would be written twice, one of the inputs be
-    overwritten, or something that is not a file has a name to write.
+    triangles, or would be too many files; FileError if one of the inputs would be overwritten, or
+    something that is not a file has a name to write.
     """
     requested, output = options.formats, options.output
-    formats = _distinct(requested or keys.formats)
+    formats = requested or keys.formats
     if output == "":
         raise CaseError("-o: the name is empty: name a folder, a file, or - for the standard output")
     ending = None
@@ -173,7 +173,7 @@ def _require_below(folder: Path, root: Path) -> None:
 
 def stream_destination(keys: Output, stream: BinaryIO, options: OutputOptions) -> StreamDestination:
     """Destination of the option ``-o -``, with the errors of `destination`; CaseError if there are other files."""
-    first = _distinct(options.formats or keys.formats)[0]
+    first = (options.formats or keys.formats)[0]
     options.require_only(first)
     for option, asked_for in (("--history", options.history), ("--report", options.page)):
         if asked_for:
@@ -182,14 +182,6 @@ def stream_destination(keys: Output, stream: BinaryIO, options: OutputOptions) -
     if FORMATS[first].piece is not None:
         raise CaseError(f"--format {first}: has a file for each part, and -o - is one file: take another format")
     return StreamDestination(stream, first)
-
-
-def _distinct(formats: tuple[FormatName, ...]) -> tuple[FormatName, ...]:
-    """Check that no two formats would be the same file."""
-    for name in formats:
-        if formats.count(name) > 1:
-            raise FileError(f"output.formats: {name} is named twice, and both would be the same file: name it once")
-    return formats
 
 
 def _is_file(output: str) -> bool:

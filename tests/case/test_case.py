@@ -114,6 +114,11 @@ INVALID = [
         "spacing: 0.1\noutput: {formats: [msh, stl]}",
         "plate.yaml:8: output.formats.1: must be 'msh', 'vtu'",
     ),
+    (
+        "spacing: 0.1",
+        "spacing: 0.1\noutput: {formats: [msh, vtu, msh]}",
+        "plate.yaml:8: output.formats: msh is there twice: name it once",
+    ),
     ("spacing: 0.1", "spacing: 0.1\noutput: {formats: []}", "plate.yaml:8: output.formats: must not be empty"),
     (
         "spacing: 0.1",

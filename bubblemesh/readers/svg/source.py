@@ -16,6 +16,8 @@ LENGTH = re.compile(rf"\s*+{NUMBER}\s*+(?:px|pt|pc|mm|cm|in|em|ex|rem|vw|vh|%)?\
 NUMBERS = re.compile(rf"[\s,]*+(?:{NUMBER}[\s,]*+)*+")
 TOKEN = re.compile(rf"[MmZzLlHhVvCcSsQqTtAa]|{NUMBER}|[\s,]+")
 TRANSFORM = re.compile(r"[\s,]*(?:(?:matrix|translate|scale|rotate|skewX|skewY)\s*\([^()]*\)[\s,]*)*")
+STEP = re.compile(r"(\w+)\s*\(([^()]*)\)")  # of a transform
+STEPS = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skewX": (1,), "skewY": (1,)}
 ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2}  # but arcs
 LENGTHS = {
     "rect": ("x", "y", "width", "height", "rx", "ry"),
@@ -152,9 +154,16 @@ def _check(element: Element) -> None:
     _check_numbers(element)
     if element.tag == "path":
         _check_path(element)
-    transform = element.attributes.get("transform", "")
-    if not TRANSFORM.fullmatch(transform):
-        raise CaseError(f"{element.name}: its transform is not valid: {_fault(TRANSFORM, transform)}: correct it")
+    _check_transform(element, element.attributes.get("transform", ""))
+
+
+def _check_transform(element: Element, transform: str) -> None:
+    fault = None if TRANSFORM.fullmatch(transform) else _fault(TRANSFORM, transform)
+    for step in STEP.finditer(transform):
+        if fault is None and len(re.findall(NUMBER, step[2])) not in STEPS[step[1]]:
+            fault = repr(shown(step[0], 40))
+    if fault is not None:
+        raise CaseError(f"{element.name}: its transform is not valid: {fault}: correct it")
 
 
 def _check_lengths(element: Element) -> None:

@@ -1,5 +1,6 @@
 """Rings and domains from drawings in SVG."""
 
+import re
 import numpy as np
 import pytest
 from geometry_files import SVG, area, domain, read_rings
@@ -189,7 +190,16 @@ class TestPictures:
 
     @pytest.mark.parametrize(
         ("content", "message"),
-        [("", "no closed paths or shapes"), ("<path d='M0 0 L", "not valid XML"), ("<g>", "not valid XML")],
+        [
+            *(("", "no closed paths or shapes"), ("<path d='M0 0 L", "not valid XML"), ("<g>", "not valid XML")),
+            *(
+                (
+                    f'<g transform="scale(2) {step}"><rect width="1" height="1"/></g>',
+                    rf"g in line \d: its transform is not valid: '{re.escape(step)}': correct it",
+                )
+                for step in ("rotate(foo)", "rotate()", "matrix(1 2 3)", "translate(1,2,3)", "skewX(1 2)")
+            ),
+        ],
     )
     def test_faulty_pictures_are_refused(self, written, content, message):
         with pytest.raises(CaseError, match=message):
