@@ -1,6 +1,7 @@
 """Rings and domains from drawings in SVG."""
 
 import re
+
 import numpy as np
 import pytest
 from geometry_files import SVG, area, domain, read_rings
