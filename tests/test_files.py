@@ -29,6 +29,9 @@ def test_bytes_that_are_no_text_are_told_with_their_line(tmp_path):
     (tmp_path / "a.txt").write_bytes(b"1\n2\n\xfc\n")
     with pytest.raises(CaseError, match=r"^line 3: not UTF-8 text \(found byte 0xfc\)"):
         read_text(tmp_path / "a.txt")
+    (tmp_path / "a.txt").write_bytes(b"1\n" + 50_000_000 * b"\0")
+    with pytest.raises(CaseError, match=r"^line 2: not UTF-8 text \(found byte 0x00\)"):
+        read_text(tmp_path / "a.txt")
     with pytest.raises(CaseError, match=r"^<stdin>:1: not UTF-8 text"):
         case_text(io.BytesIO(b"\xfc"), "<stdin>")
 

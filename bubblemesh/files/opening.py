@@ -97,8 +97,12 @@ def content_of(stream: BinaryIO, what: str = "file") -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """Text of a UTF-8 file; the same errors as `read_bytes`, and CaseError if its bytes are not UTF-8."""
-    return _decoded(read_bytes(path), "line ")
+    """Text of a UTF-8 file; the same errors as `read_bytes`, and CaseError if its bytes are no text in UTF-8."""
+    content = read_bytes(path)
+    if (at := content.find(0)) >= 0:  # at once: readers may take minutes for a file of zeros
+        line = content.count(b"\n", 0, at) + 1
+        raise CaseError(f"line {line}: not UTF-8 text (found byte 0x00): save the file as UTF-8")
+    return _decoded(content, "line ")
 
 
 def case_text(stream: BinaryIO, source: str) -> str:

@@ -13,7 +13,8 @@ UNITS: dict[Dimension, dict[str, float]] = {
     "time": {"s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0},
 }
 DIMENSIONS: dict[str, Dimension] = {unit: kind for kind, units in UNITS.items() for unit in units}
-QUANTITY = re.compile(r"((?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?) ?([a-z]+2?)")
+TOO_SMALL = ("um", "µm", "μm", "nm", "mil")  # units that are known for what they are, and not read on the earth
+QUANTITY = re.compile(r"((?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?) ?([a-zµμ]+2?)")
 
 QUANTITY_WITHIN = re.compile(rf"(?<![\w.]){QUANTITY.pattern}(?!\w)")
 
@@ -27,7 +28,7 @@ def quantity_within(text: str) -> re.Match[str] | None:
 def is_quantity(text: str) -> bool:
     """Whether a text is a number with a unit."""
     found = QUANTITY.fullmatch(text)
-    return found is not None and found[2] in DIMENSIONS
+    return found is not None and (found[2] in DIMENSIONS or found[2] in TOO_SMALL)
 
 
 def value_of(text: str, dimension: Dimension | None, *, allowed: bool) -> float:
@@ -43,8 +44,8 @@ def value_of(text: str, dimension: Dimension | None, *, allowed: bool) -> float:
             f"{text} has a unit: give the number alone, in the unit of the coordinates; units are for places on the "
             "earth, with crs: {from: EPSG:4326}"
         )
-    kind = DIMENSIONS[unit]
-    if dimension not in (None, kind):
-        units = ", ".join(UNITS[dimension or kind])
-        raise CaseError(f"{text} is no {dimension}: give one in {units}")
+    kind = DIMENSIONS.get(unit)
+    if kind is None or dimension not in (None, kind):
+        wanted = dimension or "length"
+        raise CaseError(f"{text} is no {wanted}: give one in {', '.join(UNITS[wanted])}")
     return number * UNITS[kind][unit]

@@ -756,8 +756,11 @@ def test_quantities(text, dimension, value):
 
 def test_quantities_are_for_cases_of_the_earth_and_of_their_dimension():
     assert case(spacing={"value": "h", "minimum": "2 km"}, parameters={"h": "10 km"}).spacing.minimum == 2000
-    with pytest.raises(CaseError, match=r"spacing: 10 km has a unit: give the number alone, in the unit of the coord"):
-        load_case("a.yaml", text="domain: {outer: {rectangle: [0, 0, 1, 1]}}\nspacing: 10 km\n")
+    for text in ("10 km", "10um", "5 µm", "5nm", "3mil"):
+        with pytest.raises(CaseError, match=rf"spacing: {text} has a unit: give the number alone, in the unit of the"):
+            load_case("a.yaml", text=f"domain: {{outer: {{rectangle: [0, 0, 1, 1]}}}}\nspacing: {text}\n")
+    with pytest.raises(CaseError, match=r"spacing.maximum: .*10 nm is no length: give one in mm, cm, m, km, nmi"):
+        case(spacing={"maximum": "10 nm"})
     with pytest.raises(CaseError, match=r"spacing.maximum: .*10 km2 is no length: give one in mm, cm, m, km, nmi"):
         case(spacing={"maximum": "10 km2"})
     with pytest.raises(CaseError, match=r"largest: .*10 km is no area: give one in m2, ha, km2"):
