@@ -145,7 +145,7 @@ def check_spacing(
         metric = _metric(domain, requested, request, task, scale)
         spacing = requested.spacing if metric is None else metric.requested
         fitted = fitted_to_boundary(domain, requested, spacing, request.rules, task.max_nodes, hidden)
-        warned = _warnings(domain, request, task, scale, requested, fitted)
+        warned = _warnings(domain, request, task, scale, requested, fitted, hidden)
     found = _Packable.of(requested, fitted, warned)
     # 2. In a metric both depend on the direction.
     if metric is not None:
@@ -202,8 +202,9 @@ def _warnings(
     scale: float | None,
     requested: RequestedSpacing,
     fitted: Fitted,
+    hidden: Floats | None,
 ) -> tuple[str, ...]:
-    """Warnings of a domain and its spacing at some scale."""
+    """Warnings of a domain and its spacing at some scale; edges up to some length (p,) of each piece are ``hidden``."""
     filled, short, coarse = fitted.filled, fitted.short, fitted.coarse
     edges = warnings.RefiningEdges.of(domain, short)
     rings_followable = not (domain.given_outlines or any(region.area.outer.origin for region in domain.parts.regions))
@@ -225,6 +226,7 @@ def _warnings(
         *warnings.sharp_angles(domain),
         # How many nodes detail takes is known for circles only.
         *(warnings.refined_boundary(short, coarse, edges) if request.metrics else warnings.detail(detail)),
+        *warnings.far_shorter_edges(domain, requested.before_rules, request.rules, hidden),
         *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
         *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.requested, request.rules),
     )

@@ -13,7 +13,7 @@ from bubblemesh.messages import counted, place
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace, size_across, surely_wide
 from bubblemesh.spacing.rules.grading import STEEPEST_GROWTH, LimitedSpacing
 from bubblemesh.spacing.rules.rules import ACROSS, Rules
-from bubblemesh.spacing.rules.sources import Sources
+from bubblemesh.spacing.rules.sources import Sources, short_pieces
 from bubblemesh.spacing.spacing import Spacing
 from bubblemesh.spacing.survey import Extremes
 
@@ -38,6 +38,7 @@ SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 FELT = 1.01  # times finer: no mesh shows less
 LEAST_SHARE = 1e-3  # of the area: less is not told in figures
+FAR_SHORTER = 0.05  # of the spacing: edges as short are hardly meant, also where a limit of growth makes room for them
 SMALL_PART = 500  # nodes, below which seams are most of the work on a part
 
 
@@ -252,6 +253,19 @@ def refined_boundary(short: Sources, coarse: Sources, edges: RefiningEdges) -> l
             f"{coarse.sizes[k]:.3g} there"
         )
     return warnings
+
+
+def far_shorter_edges(domain: Domain, given: Spacing, rules: Rules, hidden: Floats | None) -> list[str]:
+    """Warning of edges far shorter than the given spacing, from which it grows if ``rules`` limit its growth.
+
+    Of each piece those not longer than a length (p,) are ``hidden``, as of `short_pieces`.
+    """
+    if rules.growth is None:
+        return []
+    short = short_pieces(domain, given, hidden).not_below(rules.minimum)
+    d = given(short.points).reshape(-1, 2).min(axis=1)
+    short = short.select(np.repeat(short.sizes[::2] < FAR_SHORTER * d, 2))
+    return refined_boundary(short, Sources.none(), RefiningEdges.of(domain, short))
 
 
 def limited_growth(grading: LimitedSpacing, limit: float | None, scale: float | None) -> list[str]:

@@ -8,7 +8,14 @@ from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.narrow_parts import FacingWalls
 from bubblemesh.geometry.rings import ArcTo, LineTo, circle, path, polygon, rectangle
 from bubblemesh.problem.prepare import prepare
-from bubblemesh.problem.warnings import RefiningEdges, limited_growth, narrow_parts, refined_boundary, sharp_angles
+from bubblemesh.problem.warnings import (
+    RefiningEdges,
+    far_shorter_edges,
+    limited_growth,
+    narrow_parts,
+    refined_boundary,
+    sharp_angles,
+)
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.rules.resolution import SteepestPlace
 from bubblemesh.spacing.rules.rules import Rules
@@ -167,6 +174,17 @@ def test_one_short_edge_is_not_a_plural():
     domain = Domain.of(polygon([(0, 0), (1, 0), (1, 0.97), (0.96, 1), (0, 1)]))
     (warning,) = _refined(domain, uniform(0.1))
     assert "1 boundary edge is shorter than the spacing, the shortest (0.05) at (1, 0.97)" in warning
+
+
+@pytest.mark.parametrize(("step", "least", "told"), [(0.001, 0, 1), (0.02, 0, 0), (0.001, 0.09, 0)])
+def test_edges_far_shorter_than_the_spacing_are_told_if_it_grows_from_them(step, least, told):
+    outer = f"[[0, 0], [0.5, 0], [{0.5 + step}, 0], [1, 0], [1, 1], [0, 1]]"
+    spacing = f"{{value: 0.1, growth: 0.3, minimum: {least}}}" if least else "{value: 0.1, growth: 0.3}"
+    problem = prepare(load_case("a.yaml", text=f"domain: {{outer: {{polygon: {outer}}}}}\nspacing: {spacing}\n"))
+    found = far_shorter_edges(problem.domain, problem.before_rules, problem.rules, None)
+    text = f"1 boundary edge is shorter than the spacing, the shortest ({step:g}) at (0.5, 0): the mesh is finer around"
+    assert found == told * [f"{text} them"]
+    assert set(found) <= set(problem.warnings)
 
 
 def test_tight_curve_is_named():
