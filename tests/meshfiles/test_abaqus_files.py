@@ -151,3 +151,91 @@ def test_faces_of_solids_are_no_edges(deck):
     read = read_mesh(deck(("*End Part", brick)))
     assert "face" not in read.mesh.labels
     assert read.left_out == ("tetra",)
+
+
+# As Gmsh writes a square with groups: the bottom, and of its two halves both together and the upper one.
+BY_GMSH = """\
+*Heading
+ square
+*NODE
+1, 0, 0, 0
+2, 1, 0, 0
+3, 1, 1, 0
+4, 0, 1, 0
+******* E L E M E N T S *************
+*ELEMENT, type=T3D2, ELSET=Line1
+1, 1, 2
+*ELEMENT, type=T3D2, ELSET=Line2
+2, 2, 3
+*ELEMENT, type=T3D2, ELSET=Line3
+3, 3, 4
+*ELEMENT, type=CPS3, ELSET=Surface1
+4, 1, 2, 3
+5, 1, 3, 4
+*ELSET,ELSET=rim_with_blank
+1, 2, 
+*ELSET,ELSET=plate
+4, 
+5, 
+"""
+
+
+@pytest.fixture
+def of_gmsh(tmp_path):
+    def write(text):
+        (tmp_path / "a.inp").write_text(text)
+        return tmp_path / "a.inp"
+
+    return write
+
+
+def test_groups_of_gmsh_come_before_entities_and_the_last_comma_is_no_sign_of_a_cut(of_gmsh):
+    read = read_mesh(of_gmsh(BY_GMSH))
+    assert (read.mesh.labels, read.mesh.regions, read.notes) == (("rim_with_blank", "Line3"), ("plate",), ())
+    assert sides(read.mesh, "rim_with_blank") == [(0.5, 0), (1, 0.5)]
+    read = read_mesh(of_gmsh(BY_GMSH.replace("plate", "SURFACE1")))  # a group with the name of an entity
+    assert (read.mesh.regions, read.notes) == (("Surface1",), ())
+    entities = read_mesh(of_gmsh(BY_GMSH[: BY_GMSH.index("*ELSET")]))  # without groups
+    assert (set(entities.mesh.labels), entities.mesh.regions) == ({"Line1", "Line2", "Line3"}, ("Surface1",))
+
+
+@pytest.mark.parametrize(
+    ("end", "notes"),
+    [
+        ("4, ", ["ends with a comma, as if a line followed: is the file cut off?"]),
+        ("4, \n", []),
+        ("4", []),
+        ("plate\n", ["ends with *ELSET and none of its lines: is the file cut off?"]),
+    ],
+)
+def test_a_deck_of_gmsh_that_is_cut_off_in_a_group_is_told(end, notes, of_gmsh):
+    first, last = BY_GMSH.split("plate\n")
+    text = f"{first}plate\n{last}"
+    torn = ["of the 2 elements of Surface1 1 are in no group: is the file cut off?"] if end.startswith("4") else []
+    assert list(read_mesh(of_gmsh(text[: text.index(end, len(first)) + len(end)])).notes) == notes + torn
+
+
+def test_a_comma_at_the_end_of_another_section_of_gmsh_is_told(of_gmsh):
+    cut = BY_GMSH[: BY_GMSH.index("4, 1, 2, 3") + len("4, 1, 2, 3")]
+    assert read_mesh(of_gmsh(f"{cut},\n")).notes[0] == "ends with a comma, as if a line followed: is the file cut off?"
+
+
+def test_groups_of_several_entities_are_those_of_the_same_mesh_as_msh(gmsh, tmp_path):
+    gmsh.clear()
+    gmsh.model.add("plate")
+    whole, part = (
+        gmsh.model.occ.addRectangle(*corner, 0, *size) for corner, size in (((0, 0), (2, 1)), ((1, 0), (1, 1)))
+    )
+    gmsh.model.occ.fragment([(2, whole)], [(2, part)])
+    gmsh.model.occ.synchronize()
+    surfaces = gmsh.model.getEntities(2)
+    gmsh.model.addPhysicalGroup(2, [tag for _, tag in surfaces], name="plate")
+    gmsh.model.addPhysicalGroup(1, [tag for _, tag in gmsh.model.getBoundary(surfaces, oriented=False)], name="rim")
+    gmsh.model.mesh.generate(2)
+    found = []
+    for ending in ("inp", "msh"):
+        gmsh.write(str(tmp_path / f"a.{ending}"))
+        read = read_mesh(tmp_path / f"a.{ending}")
+        found.append((read.mesh.labels, read.mesh.regions, len(read.mesh.facets), read.notes))
+    assert found[0] == found[1]
+    assert found[0][:2] == (("rim",), ("plate",))

@@ -22,6 +22,7 @@ CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 SIDE = re.compile(r"S([1-4])\Z", re.IGNORECASE)  # S1 is the side from the first corner to the second
 
 LISTS = "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"  # keywords that nobody writes without lines
+BY_GMSH = "******* E L E M E N T S *************"  # the line above the elements in decks that Gmsh writes
 ALL_NODES, ALL_ELEMENTS = "NALL", "EALL"  # sets in files of this package and of CalculiX's own mesher
 
 Sets = dict[str, list[int]]
@@ -66,10 +67,12 @@ def read_inp(path: Path) -> Source:
         raise FileError("holds no *ELEMENT: it is no mesh of Abaqus or CalculiX")
     cells = _numbering(np.concatenate([part.numbers for part in elements]), "element")
     sets = _sets(sections, elements)
+    by_gmsh = BY_GMSH in text
+    groups = _with_rest_of_entities(sections, sets) if by_gmsh else sets
 
     def in_blocks(name: str) -> list[Integers]:
         """Elements of a set in each block."""
-        found = cells.places(np.array(sorted(set(sets[name.upper()])), np.int64))
+        found = cells.places(np.array(sorted(set(groups[name.upper()])), np.int64))
         return [found[(found >= first) & (found < end)] - first for first, end in _spans(elements)]
 
     blocks = [Block(part.kind, nodes.places(part.nodes)) for part in elements]
@@ -81,7 +84,10 @@ def read_inp(path: Path) -> Source:
         {name: nodes.places(sides) for name, sides in surfaces.items()},
         {name: in_blocks(name) for name in _set_names(sections)},
         node_sets=tuple(sorted(of_nodes - surfaces.keys())),  # a label may be both
-        notes=tuple(_signs_of_a_cut(text, sections[-1], len(rows) - len(_used(blocks)))),
+        notes=(
+            *_signs_of_a_cut(text, sections[-1], len(rows) - len(_used(blocks))),
+            *(_torn_entities(sections, sets, groups) if by_gmsh else ()),
+        ),
     )
 
 
@@ -97,11 +103,39 @@ def _signs_of_a_cut(text: str, last: KeywordBlock, unused: int) -> Iterator[str]
     """
     if last.keyword in LISTS and not last.lines:
         yield f"ends with *{last.keyword} and none of its lines: is the file cut off?"
-    if text.rstrip().endswith(","):
+    lists_by_gmsh = BY_GMSH in text and last.keyword in ("ELSET", "NSET")  # all of their lines end with a comma
+    if text.rstrip().endswith(",") and not (lists_by_gmsh and text.endswith("\n")):
         yield "ends with a comma, as if a line followed: is the file cut off?"
     if unused:
         what = "1 node is" if unused == 1 else f"{unused:,} nodes are"
         yield f"{what} in no element: is the file cut off?"
+
+
+def _with_rest_of_entities(sections: Sequence[KeywordBlock], sets: Sets) -> Sets:
+    """Sets of a deck of Gmsh, in which those of geometrical entities hold only what is in no physical group.
+
+    Gmsh names the set of each entity (``Line1``, ``Surface2``) where it lists its elements, and groups in lists of
+    their own, each of whole entities. Names of groups count, as in its ``.msh`` files.
+    """
+    named = {section.option("ELSET") for section in sections if section.keyword == "ELSET"}
+    grouped = {number for name in named for number in sets[name]}
+    return {
+        name: numbers if name in named else [number for number in numbers if number not in grouped]
+        for name, numbers in sets.items()
+    }
+
+
+def _torn_entities(sections: Sequence[KeywordBlock], sets: Sets, groups: Sets) -> Iterator[str]:
+    """Notes on entities of Gmsh of which the last group of a deck has a part only: groups have all or nothing of one.
+
+    ``groups`` are the sets as `_with_rest_of_entities` gives them.
+    """
+    last = sections[-1]
+    listed = set(sets[last.option("ELSET")]) if last.keyword == "ELSET" else set()
+    for name in _set_names(sections):
+        rest, numbers = len(groups[name.upper()]), sets[name.upper()]
+        if 0 < rest < len(numbers) and not listed.isdisjoint(numbers):
+            yield f"of the {len(numbers):,} elements of {name} {rest:,} are in no group: is the file cut off?"
 
 
 def _sections(text: str) -> Iterator[KeywordBlock]:
