@@ -200,6 +200,18 @@ class TestReadGridded:
             with pytest.raises(FileError, match=r"is no .npy or .npz file of numbers, or a damaged one"):
                 read_gridded(tmp_path / "a.npz", None)
 
+    @pytest.mark.parametrize("name", ["g.csv", "lab.PNG", "none"])
+    def test_a_file_of_another_kind_is_told_what_reads_it(self, name, tmp_path):
+        (tmp_path / name).write_text("0, 0, 0.1\n")
+        endings = ".npy, .npz, .nc, .grd, .tif, .tiff, .asc, .xyz"
+        with pytest.raises(
+            FileError, match=f"is no raster, which ends in {endings}: .* to scattered, a picture to image"
+        ):
+            read_gridded(tmp_path / name, None)
+        np.save(tmp_path / "a.npy", np.ones((2, 2)))
+        (tmp_path / "a.npy").rename(tmp_path / name)  # NumPy's files are known by what is in them
+        assert read_gridded(tmp_path / name, None).values.shape == (2, 2)
+
     def test_arrays_too_large_for_the_memory_are_refused(self, tmp_path):
         zeros = np.broadcast_to(np.float64(0), (1, 10**12))
         for large in ("d", "x"):

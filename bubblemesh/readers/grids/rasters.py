@@ -18,8 +18,10 @@ from bubblemesh.errors import BubblemeshError, CaseError, FileError, LimitError
 from bubblemesh.files import opened
 from bubblemesh.messages import cause
 from bubblemesh.process.shared import warnings_are
+from bubblemesh.readers.grids.grids import GRIDS
 from bubblemesh.readers.selection import one_of
 
+NUMPY = (".npy", ".npz")
 COORDINATES = ("x", "y")
 NUMBERS = "iuf"  # NumPy's kinds of arrays with real numbers
 MOST_VALUES = 25_000_000  # of an array, and pixels of a picture
@@ -48,7 +50,7 @@ def read_gridded(path: Path, name: str | None) -> Gridded:
     FileError if the file cannot be read; LimitError if an array is too large; CaseError if a name is needed or unknown,
     or the array does not hold real numbers.
     """
-    with opened(path) as stream:
+    with opened(path) as stream, _known_by_its_ending(path):
         if not stream.peek(len(ZIP)).startswith(ZIP):
             return Gridded(_named([path.stem], name), _array(stream, path.stem), None, None)
         with _damage_reported(), ZipFile(stream) as archive:
@@ -68,6 +70,20 @@ def read_gridded(path: Path, name: str | None) -> Gridded:
 def _named(arrays: list[str], name: str | None) -> str:
     """The name of one of the arrays of a file: the given one, or that of the only one apart from coordinates."""
     return name if name in arrays else one_of([key for key in arrays if key not in COORDINATES], name, "array")
+
+
+@contextmanager
+def _known_by_its_ending(path: Path) -> Iterator[None]:
+    """Within the block, say of a file that cannot be read and has another ending than NumPy's what rasters are."""
+    try:
+        yield
+    except FileError as error:
+        if path.suffix.lower() in NUMPY:
+            raise
+        raise FileError(
+            f"is no raster, which ends in {', '.join((*NUMPY, *GRIDS))}: give rows of x, y and a size to scattered, "
+            "a picture to image"
+        ) from error
 
 
 @contextmanager
