@@ -5,11 +5,12 @@ import lzma
 import re
 import zlib
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import nullcontext
 from io import SEEK_END
 from pathlib import Path, PurePath
 from typing import Any, BinaryIO
 
-from bubblemesh.errors import FileError, LimitError
+from bubblemesh.errors import FileError, LimitError, prefixed
 from bubblemesh.files import opened, read_bytes, require_readable
 
 MOST_UNPACKED = 1_000_000_000  # bytes
@@ -108,11 +109,15 @@ def check_include(path: Path) -> None:
 
 
 def all_readable(beside: Callable[[Path], Iterable[Path]]) -> Callable[[Path], None]:
-    """Check of a file that those which belong to it can be read, and lie in the folders that may be."""
+    """Check of a file that those which belong to it can be read, and lie in the folders that may be.
+
+    Its errors name the other file.
+    """
 
     def check(path: Path) -> None:
         for other in beside(path):
-            require_readable(other)
+            with prefixed(f"{other.name} beside it") if other != path else nullcontext():
+                require_readable(other)
 
     return check
 

@@ -8,10 +8,8 @@ from pathlib import Path
 import shapely
 
 from bubblemesh.errors import CaseError, prefixed
-from bubblemesh.files import read_text
 from bubblemesh.geometry.paths import Point
 from bubblemesh.geometry.rings import LineTo
-from bubblemesh.messages import shown
 from bubblemesh.readers.features import (
     INNER,
     NO_PARTS,
@@ -26,43 +24,9 @@ from bubblemesh.readers.features import (
 )
 from bubblemesh.readers.rings.duplicates import without_copies
 from bubblemesh.readers.segments import split_segments
+from bubblemesh.readers.triangle_rows import NumberedRow, numbered_rows, section_head, section_rows
 
-NumberedRow = tuple[int, list[float]]  # line and numbers
 MOST_NAMED = 5  # segments in a note
-
-
-def _rows(path: Path) -> Iterator[NumberedRow]:
-    """The lines of a file that hold numbers, one after the other."""
-    for number, line in enumerate(read_text(path).splitlines(), start=1):
-        words = line.partition("#")[0].split()
-        if words:
-            try:
-                yield number, [float(word) for word in words]
-            except ValueError:
-                raise CaseError(f"line {number}: not a row of numbers: {shown(line, 40)!r}") from None
-
-
-def _next(rows: Iterator[NumberedRow], columns: int, what: str) -> NumberedRow:
-    """The next row, which must have so many columns."""
-    number, row = next(rows, (0, []))
-    if len(row) < columns:
-        raise CaseError(f"{f'line {number}' if row else 'the end of the file'}: expected {what}")
-    return number, row
-
-
-def _head(rows: Iterator[NumberedRow], what: str) -> tuple[int, list[int]]:
-    """Number of rows in a section, and the further numbers in its first line."""
-    line, numbers = _next(rows, 1, what)
-    for number in numbers:
-        if not (number >= 0 and number.is_integer()):
-            raise CaseError(f"line {line}: {text_of_number(number)} is no count: expected {what}")
-    count, *more = map(int, numbers)
-    return count, more
-
-
-def _section(rows: Iterator[NumberedRow], count: int, what: str) -> Iterator[NumberedRow]:
-    """Rows of a section, each with three columns or more."""
-    return (_next(rows, 3, what) for _ in range(count))
 
 
 def read_poly(path: Path) -> FeatureCollection:
@@ -76,8 +40,8 @@ def read_poly(path: Path) -> FeatureCollection:
 
     FileError or CaseError with the line.
     """
-    rows = _rows(path)
-    count, dimension = _head(rows, "the number of vertices")
+    rows = numbered_rows(path)
+    count, dimension = section_head(rows, "the number of vertices")
     vertices = _vertices(rows, count, dimension) if count else _vertices_beside(path.with_suffix(".node"))
     segments, slips = without_copies(list(_segments(rows, vertices)))
     if not segments:
@@ -99,13 +63,13 @@ def read_poly(path: Path) -> FeatureCollection:
 
 def read_nodes(path: Path) -> FeatureCollection:
     """The points of a ``.node`` file, with their numbers, attributes and markers as properties."""
-    rows = _rows(path)
-    count, more = _head(rows, "the number of vertices")
+    rows = numbered_rows(path)
+    count, more = section_head(rows, "the number of vertices")
     attributes = more[1] if len(more) > 1 else 0
     if more and more[0] != 2:
         raise _not_plane(more[0])
     features = []
-    for line, (number, x, y, *rest) in _section(rows, count, "a vertex: its number, x and y"):
+    for line, (number, x, y, *rest) in section_rows(rows, count, "a vertex: its number, x and y"):
         name = f"vertex in line {line}"
         properties = {"number": number} | {
             f"attribute {k}": value for k, value in enumerate(rest[:attributes], start=1)
@@ -117,8 +81,8 @@ def read_nodes(path: Path) -> FeatureCollection:
 
 def _segments(rows: Iterator[NumberedRow], vertices: dict[float, Point]) -> Iterator[CompoundCurve]:
     """The curve of each segment with a length."""
-    count, marked = _head(rows, "the number of segments")
-    for line, (_, begin, end, *marker) in _section(rows, count, "a segment: its number and two vertices"):
+    count, marked = section_head(rows, "the number of segments")
+    for line, (_, begin, end, *marker) in section_rows(rows, count, "a segment: its number and two vertices"):
         name = f"segment in line {line}"
         if begin not in vertices or end not in vertices:
             missing = begin if begin not in vertices else end
@@ -140,8 +104,8 @@ def _optional_section(rows: Iterator[NumberedRow], what: str) -> Iterator[Number
     first = next(rows, None)
     if first is None:
         return iter(())
-    count, _ = _head(iter([first]), f"the number of {what.split(':')[0].split()[-1]}s")
-    return _section(rows, count, what)
+    count, _ = section_head(iter([first]), f"the number of {what.split(':')[0].split()[-1]}s")
+    return section_rows(rows, count, what)
 
 
 def _region(number: int, row: list[float], parts: Sequence[shapely.Polygon]) -> Feature:
@@ -157,8 +121,8 @@ def _region(number: int, row: list[float], parts: Sequence[shapely.Polygon]) -> 
 def _vertices_beside(path: Path) -> dict[float, Point]:
     """Vertices of a ``.node`` file; errors name it."""
     with prefixed(f"its vertices are in {path.name}"):
-        rows = _rows(path)
-        return _vertices(rows, *_head(rows, "the number of vertices"))
+        rows = numbered_rows(path)
+        return _vertices(rows, *section_head(rows, "the number of vertices"))
 
 
 def _vertices(rows: Iterator[NumberedRow], count: int, dimension: list[int]) -> dict[float, Point]:
@@ -166,7 +130,7 @@ def _vertices(rows: Iterator[NumberedRow], count: int, dimension: list[int]) -> 
     if dimension and dimension[0] != 2:
         raise _not_plane(dimension[0])
     found: dict[float, Point] = {}
-    for line, (number, x, y, *_) in _section(rows, count, "a vertex: its number, x and y"):
+    for line, (number, x, y, *_) in section_rows(rows, count, "a vertex: its number, x and y"):
         if number in found:
             raise CaseError(
                 f"line {line}: the vertex {text_of_number(number)} is given twice: number them one after the other"

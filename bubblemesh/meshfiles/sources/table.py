@@ -29,8 +29,11 @@ XDMF = SourceFormat("xdmf.read_xdmf", check=containment.check_xdmf, beside=conta
 HDF = SourceFormat(check=containment.check_hdf)
 GRID = SourceFormat("coasts.read_grid", self_contained=True)
 SOLUTION = companions.same_name(".sol", ".mesh", ".meshb")
-PAIR = companions.same_name(".node", ".ele")
-TRIANGLE = SourceFormat("triangle.read_pair", check=containment.all_readable(PAIR), beside=PAIR)
+TRIANGLE = SourceFormat(
+    "triangle.read_pair",
+    check=containment.all_readable(companions.same_name(".node", ".ele")),
+    beside=companions.same_name(".node", ".ele", ".edge", ".poly"),
+)
 
 # Formats with readers of our own have what meshio's lack: names of all kinds, notes on what is left out, errors with
 # places, and no more memory than their data take. Files with other endings are read by meshio.
@@ -70,6 +73,8 @@ SELF_CONTAINED = tuple(ending for ending, known in FORMATS.items() if known.self
 NO_MESHES: Mapping[str, str] = {
     ".h5": "holds the numbers of an XDMF file: give the .xdmf file beside it",
     ".gf": "holds the values of MFEM alone: write ParaView data (.vtu) by MFEM's ParaViewDataCollection",
+    ".poly": "holds segments without triangles: give the .ele file that Triangle writes with it",
+    ".edge": "holds edges without triangles: give the .ele file that Triangle writes with it",
     ".npz": "holds nodes without triangles",
     ".csv": "holds nodes without triangles",
 }
