@@ -93,11 +93,15 @@ def _rows(path: Path, ending: str) -> Iterator[Iterator[NumberedRow]]:
 
 def _table(rows: Iterator[NumberedRow], count: int, columns: int, what: str) -> _Table:
     """Rows of a section, without further columns."""
-    found = list(section_rows(rows, count, what, columns))
-    return _Table(
-        np.array([line for line, _ in found], np.int64),
-        np.array([row[:columns] for _, row in found]).reshape(-1, columns),
-    )
+    lines = list[int]()
+
+    def numbers() -> Iterator[float]:
+        for line, row in section_rows(rows, count, what, columns):
+            lines.append(line)
+            yield from row[:columns]
+
+    table = np.fromiter(numbers(), float).reshape(-1, columns)  # as lists of numbers large files take much memory
+    return _Table(np.array(lines, np.int64), table)
 
 
 def _nodes(rows: Iterator[NumberedRow]) -> tuple[NumberedNodes, dict[str, Data]]:
