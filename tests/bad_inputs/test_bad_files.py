@@ -305,6 +305,6 @@ def test_the_same_output_named_twice(here, formats):
     (here / "case.yaml").write_text(SMALL.replace("[msh, xdmf]", formats))
     before = contents(here)
     code, _, message = command("run", "case.yaml")
-    assert code == 5
-    assert "the same file: name" in message
+    assert code == 2
+    assert "output.formats: msh is there twice" in message
     assert contents(here) == before
