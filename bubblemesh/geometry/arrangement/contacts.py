@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers, different_rows, each_once
+from bubblemesh.arrays import Booleans, Floats, Integers, contained, each_once, first_rows, members, select
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
@@ -17,16 +17,17 @@ from bubblemesh.messages import place
 GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords than this part of the chords' lengths
 MARGIN = 2.0  # times the reach of rings' points: for rounding
 SETTLED = 6.0  # chords from a known contact, within which two rings do not touch again
+REFINED, REFINEMENTS = 8, 9  # a place of contact is looked for at 8 places to each side, then 8 times as finely
 MOST_SPLITS = 4  # of two rings, both at two points; more have a curve in common and bound no domain
 
 
-class Contact(NamedTuple):
-    """Point (2,) at arc length ``s`` of ``piece`` where the two ``rings`` touch."""
+class Contacts(NamedTuple):
+    """Points (k, 2) at arc lengths ``s`` (k,) of the pieces (k,), where the rings of the pairs (k,) touch."""
 
-    piece: int
-    s: float
-    point: Floats
-    rings: frozenset[int]
+    piece: Integers
+    s: Floats
+    points: Floats
+    pair: Integers  # number of the first ring, times the number of rings, plus that of the second one
 
 
 def split_at_contacts(boundary: Boundary) -> Boundary:
@@ -39,39 +40,45 @@ def split_at_contacts(boundary: Boundary) -> Boundary:
     line = PolygonalCopy.of(boundary)
     rounding = ROUNDINGS * float(np.spacing(np.abs(line.points).max()))
     tolerance = max(TOUCHING * float(np.ptp(line.points, axis=0).max()), rounding)
-    splits: Counter[frozenset[int]] = Counter()
-    while contacts := _contacts(boundary, line, tolerance, splits):
-        boundary = boundary.split(*(np.array(column) for column in zip(*(c[:3] for c in contacts), strict=True)))
+    splits: Counter[int] = Counter()  # of each pair
+    while len((contacts := _contacts(boundary, line, tolerance, splits)).piece):
+        boundary = boundary.split(contacts.piece, contacts.s, contacts.points)
         line = PolygonalCopy.of(boundary)
-        splits.update(contact.rings for contact in contacts)
+        splits.update(contacts.pair.tolist())
     return boundary
 
 
-def _contacts(
-    boundary: Boundary, line: PolygonalCopy, tolerance: float, splits: Counter[frozenset[int]]
-) -> list[Contact]:
+def _contacts(boundary: Boundary, line: PolygonalCopy, tolerance: float, splits: Counter[int]) -> Contacts:
     """Contacts that are not yet corners of their pieces, between rings that have not been split too often.
 
     They are searched along a ``line``, the copy of the boundary. Only one contact is returned for each pair of rings,
     and for each place: the next search must know its corner.
     """
-    found = list[Contact]()
-    for probe, chord in _candidates(boundary, line, tolerance):
-        rings = frozenset([int(line.ring[probe]), int(line.ring[chord])])
-        if splits[rings] >= MOST_SPLITS or any(rings == other.rings for other in found):
-            continue
-        piece = int(line.piece[chord])
-        point = _closest(boundary, line, probe, chord)
-        (s,), (foot,) = _feet(boundary, line, np.array([chord]), point[None])
-        straight = not boundary.curved[[line.piece[probe], piece]].any()
-        to_end = np.inf if boundary.closed[piece] else min(s, boundary.lengths[piece] - s)
-        if straight and max(to_end, np.hypot(*(point - foot))) <= tolerance:
-            raise _beside(point, min(np.hypot(*(boundary.corners - point).T), key=lambda away: away or np.inf))
-        at_end = to_end <= (tolerance if straight else CONTACT_LENGTH * tolerance)
-        alone = all(np.hypot(*(point - other.point)) > CONTACT_LENGTH * tolerance for other in found)
-        if np.hypot(*(point - foot)) <= tolerance and not at_end and alone:
-            found.append(Contact(piece, float(s), point, rings))
-    return found
+    probe, chord = _candidates(boundary, line, tolerance)
+    rings = np.sort(np.column_stack([line.ring[probe], line.ring[chord]]), axis=1)
+    pair = rings @ (len(line.area_of_ring), 1)
+    often = np.array(sorted(pair for pair, times in splits.items() if times >= MOST_SPLITS), np.int64)
+    probe, chord, pair = (column[~contained(pair, often)] for column in (probe, chord, pair))
+    piece, points = line.piece[chord], _closest(boundary, line, probe, chord)
+    s, feet = _feet(boundary, line, chord, points)
+    touching = np.hypot(*(points - feet).T) <= tolerance
+    straight = ~(boundary.curved[line.piece[probe]] | boundary.curved[piece])
+    to_end = np.where(boundary.closed[piece], np.inf, np.minimum(s, boundary.lengths[piece] - s))
+    for point in points[touching & straight & (to_end <= tolerance)]:
+        raise _beside(point, min(np.hypot(*(boundary.corners - point).T), key=lambda away: away or np.inf))
+    inside = to_end > np.where(straight, tolerance, CONTACT_LENGTH * tolerance)
+    found = select(Contacts(piece, s, points, pair), touching & inside)
+    found = select(found, first_rows(found.pair[:, None]))
+    return select(found, _first_of_places(found.points, CONTACT_LENGTH * tolerance))
+
+
+def _first_of_places(points: Floats, reach: float) -> Booleans:
+    """Which points (k,) have none before them within reach."""
+    places = shapely.points(points)
+    one, other = shapely.STRtree(places).query(places, predicate="dwithin", distance=reach)
+    first = np.ones(len(points), bool)
+    first[other[one < other]] = False
+    return first
 
 
 def _beside(point: Floats, away: float) -> GeometryError:
@@ -82,8 +89,8 @@ def _beside(point: Floats, away: float) -> GeometryError:
     )
 
 
-def _candidates(boundary: Boundary, line: PolygonalCopy, tolerance: float) -> list[tuple[int, int]]:
-    """Points of the polyline, and chords of other rings, where curves may touch: the nearest of each two pieces."""
+def _candidates(boundary: Boundary, line: PolygonalCopy, tolerance: float) -> tuple[Integers, Integers]:
+    """Points (k,) of the polyline and chords (k,) of other rings where curves may touch: the nearest of two pieces."""
     start, end = line.points, line.points[line.successor]
     length = np.hypot(*(end - start).T)
     curved = boundary.approximated[line.piece]
@@ -96,7 +103,7 @@ def _candidates(boundary: Boundary, line: PolygonalCopy, tolerance: float) -> li
     order = np.lexsort((gap, line.piece[chord], line.piece[probe]))
     pairs = np.column_stack([line.piece[probe], line.piece[chord]])[order]
     nearest = order[np.flatnonzero((np.diff(pairs, axis=0, prepend=-1) != 0).any(axis=1))]
-    return list(zip(probe[nearest].tolist(), chord[nearest].tolist(), strict=True))
+    return probe[nearest], chord[nearest]
 
 
 def _near(line: PolygonalCopy, reach: Floats) -> tuple[Integers, Integers]:
@@ -142,33 +149,34 @@ def _of_near_rings(line: PolygonalCopy, reach: Floats) -> Integers:
 def _to_shared_corner(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: Integers) -> Floats:
     """Distances (m,) of the probes from the nearest corner that their ring shares with the chords' ring."""
     corner, ring = boundary.ring_corners()
+    count = np.bincount(corner)
+    own, rank = members(count[corner])  # each ring at a corner with each one there
+    others = (np.cumsum(count) - count)[corner[own]] + rank
+    rings = len(line.area_of_ring)
+    pair = ring[own] * rings + ring[others]
+    order = np.argsort(pair)
+    wanted = line.ring[probe] * rings + line.ring[chord]
+    begin, end = (np.searchsorted(pair, wanted, side, order) for side in ("left", "right"))
+    row, rank = members(end - begin)
+    shared = corner[own[order[begin[row] + rank]]]
     distance = np.full(len(probe), np.inf)
-    rings = np.column_stack([line.ring[probe], line.ring[chord]])
-    for a, b in different_rows(rings)[0].tolist():
-        shared = np.intersect1d(corner[ring == a], corner[ring == b])
-        if len(shared):
-            mine = (rings == (a, b)).all(axis=1)
-            offset = line.points[probe[mine]][:, None] - boundary.corners[shared]
-            distance[mine] = np.hypot(offset[..., 0], offset[..., 1]).min(axis=1)
+    np.minimum.at(distance, row, np.hypot(*(line.points[probe[row]] - boundary.corners[shared]).T))
     return distance
 
 
-def _closest(boundary: Boundary, line: PolygonalCopy, probe: int, chord: int) -> Floats:
-    """The point next to ``probe`` on its own piece that is nearest to the curve of ``chord``."""
-    from scipy.optimize import minimize_scalar  # takes longer to load than most cases take to mesh
-
-    piece, s, step = line.piece[probe], line.s[probe], line.step[probe]
-    if boundary.start[piece] >= 0 and s == 0:
-        return line.points[probe]
-
-    def point(at: float) -> Floats:
-        return boundary.points(np.array([piece]), np.array([at % boundary.lengths[piece]]))[0]
-
-    def gap(at: float) -> float:
-        foot = _feet(boundary, line, np.array([chord]), point(at)[None])[1][0]
-        return float(np.hypot(*(point(at) - foot)))
-
-    return point(minimize_scalar(gap, bounds=(s - step, s + step), method="bounded", options={"xatol": 0.0}).x)
+def _closest(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: Integers) -> Floats:
+    """The points (k, 2) next to the probes on their own pieces that are nearest to the curves of the chords."""
+    points = line.points[probe]
+    moved = np.flatnonzero((line.s[probe] > 0) | boundary.closed[line.piece[probe]])  # the others are corners
+    piece, s, width = line.piece[probe[moved]], line.s[probe[moved]], line.step[probe[moved]]
+    for _ in range(REFINEMENTS if len(moved) else 0):
+        at = boundary.wrapped(piece[:, None], s[:, None] + width[:, None] * np.linspace(-1, 1, 2 * REFINED + 1))
+        places = boundary.points(np.repeat(piece, at.shape[1]), at.ravel())
+        feet = _feet(boundary, line, np.repeat(chord[moved], at.shape[1]), places)[1]
+        nearest = np.hypot(*(places - feet).T).reshape(at.shape).argmin(axis=1)
+        s, width = np.take_along_axis(at, nearest[:, None], axis=1)[:, 0], width / REFINED
+    points[moved] = boundary.points(piece, s)
+    return points
 
 
 def _feet(boundary: Boundary, line: PolygonalCopy, chord: Integers, points: Floats) -> tuple[Floats, Floats]:
