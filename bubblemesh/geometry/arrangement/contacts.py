@@ -21,7 +21,7 @@ REFINED, REFINEMENTS = 8, 9  # a place of contact is looked for at 8 places to e
 MOST_SPLITS = 4  # of two rings, both at two points; more have a curve in common and bound no domain
 
 
-class Contacts(NamedTuple):
+class Touches(NamedTuple):
     """Points (k, 2) at arc lengths ``s`` (k,) of the pieces (k,), where the rings of the pairs (k,) touch."""
 
     piece: Integers
@@ -48,7 +48,7 @@ def split_at_contacts(boundary: Boundary) -> Boundary:
     return boundary
 
 
-def _contacts(boundary: Boundary, line: PolygonalCopy, tolerance: float, splits: Counter[int]) -> Contacts:
+def _contacts(boundary: Boundary, line: PolygonalCopy, tolerance: float, splits: Counter[int]) -> Touches:
     """Contacts that are not yet corners of their pieces, between rings that have not been split too often.
 
     They are searched along a ``line``, the copy of the boundary. Only one contact is returned for each pair of rings,
@@ -67,7 +67,7 @@ def _contacts(boundary: Boundary, line: PolygonalCopy, tolerance: float, splits:
     for point in points[touching & straight & (to_end <= tolerance)]:
         raise _beside(point, min(np.hypot(*(boundary.corners - point).T), key=lambda away: away or np.inf))
     inside = to_end > np.where(straight, tolerance, CONTACT_LENGTH * tolerance)
-    found = select(Contacts(piece, s, points, pair), touching & inside)
+    found = select(Touches(piece, s, points, pair), touching & inside)
     found = select(found, first_rows(found.pair[:, None]))
     return select(found, _first_of_places(found.points, CONTACT_LENGTH * tolerance))
 
@@ -90,7 +90,10 @@ def _beside(point: Floats, away: float) -> GeometryError:
 
 
 def _candidates(boundary: Boundary, line: PolygonalCopy, tolerance: float) -> tuple[Integers, Integers]:
-    """Points (k,) of the polyline and chords (k,) of other rings where curves may touch: the nearest of two pieces."""
+    """Points (k,) of the polyline and chords (k,) of other rings where curves may touch: the nearest of two pieces.
+
+    Corners come first: a place that one ring has a corner at already gets no other one beside it.
+    """
     start, end = line.points, line.points[line.successor]
     length = np.hypot(*(end - start).T)
     curved = boundary.approximated[line.piece]
@@ -103,6 +106,7 @@ def _candidates(boundary: Boundary, line: PolygonalCopy, tolerance: float) -> tu
     order = np.lexsort((gap, line.piece[chord], line.piece[probe]))
     pairs = np.column_stack([line.piece[probe], line.piece[chord]])[order]
     nearest = order[np.flatnonzero((np.diff(pairs, axis=0, prepend=-1) != 0).any(axis=1))]
+    nearest = nearest[np.argsort(~_at_corner(boundary, line, probe[nearest]), kind="stable")]
     return probe[nearest], chord[nearest]
 
 
@@ -164,10 +168,15 @@ def _to_shared_corner(boundary: Boundary, line: PolygonalCopy, probe: Integers, 
     return distance
 
 
+def _at_corner(boundary: Boundary, line: PolygonalCopy, probe: Integers) -> Booleans:
+    """Which of the probes (m,) are corners."""
+    return (line.s[probe] == 0) & ~boundary.closed[line.piece[probe]]
+
+
 def _closest(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: Integers) -> Floats:
     """The points (k, 2) next to the probes on their own pieces that are nearest to the curves of the chords."""
     points = line.points[probe]
-    moved = np.flatnonzero((line.s[probe] > 0) | boundary.closed[line.piece[probe]])  # the others are corners
+    moved = np.flatnonzero(~_at_corner(boundary, line, probe))
     piece, s, width = line.piece[probe[moved]], line.s[probe[moved]], line.step[probe[moved]]
     for _ in range(REFINEMENTS if len(moved) else 0):
         at = boundary.wrapped(piece[:, None], s[:, None] + width[:, None] * np.linspace(-1, 1, 2 * REFINED + 1))
