@@ -27,6 +27,14 @@ def members(counts: Integers) -> tuple[Integers, Integers]:
     return group, np.arange(len(group)) - (np.cumsum(counts) - counts)[group]
 
 
+def pairs_of_groups(group: Integers) -> tuple[Integers, Integers]:
+    """Pairs, (m,) and (m,), of all things that are in the same group (n,), each of them with itself, too."""
+    count = np.bincount(group)
+    one, rank = members(count[group])
+    first = np.cumsum(count) - count
+    return one, np.argsort(group, kind="stable")[first[group[one]] + rank]
+
+
 def components(pairs: Integers, count: int) -> Integers:
     """Number (n,) of the group of each of ``count`` things that pairs (m, 2) of them join, in the order of the first.
 

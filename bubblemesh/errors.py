@@ -49,10 +49,13 @@ class CaseError(BubblemeshError):
 
 
 class GeometryError(BubblemeshError):
-    """The rings do not bound a domain."""
+    """The rings do not bound a domain; ``mendable`` says whether a repair of them may help."""
 
     exit_code = 3
-    mendable = True  # whether a repair of the rings may help
+
+    def __init__(self, text: str, mendable: bool = True) -> None:
+        super().__init__(text)
+        self.mendable = mendable
 
 
 class NeighbourError(GeometryError):

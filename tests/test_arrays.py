@@ -5,13 +5,30 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bubblemesh.arrays import complement, components, different_rows, gathered, median, members, quantile, taken
+from bubblemesh.arrays import (
+    complement,
+    components,
+    different_rows,
+    gathered,
+    median,
+    members,
+    pairs_of_groups,
+    quantile,
+    taken,
+)
 
 
 @given(st.lists(st.integers(0, 5)))
 def test_members_of_groups_one_after_the_other(counts):
     group, rank = members(np.array(counts, np.int64))
     assert list(zip(group, rank, strict=True)) == [(k, r) for k, count in enumerate(counts) for r in range(count)]
+
+
+@given(st.lists(st.integers(0, 5)))
+def test_pairs_of_groups_are_all_that_have_equal_numbers(groups):
+    one, other = pairs_of_groups(np.array(groups, np.int64))
+    expected = [(i, j) for i, a in enumerate(groups) for j, b in enumerate(groups) if a == b]
+    assert list(zip(one, other, strict=True)) == expected
 
 
 @pytest.mark.parametrize(("count", "links"), [(1, 0), (6, 3), (500, 300), (500, 2000)])

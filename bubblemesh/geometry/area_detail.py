@@ -68,12 +68,11 @@ def require_beside_each_other(shapes: Sequence[shapely.Polygon], names: Sequence
     """Refuse polygons within others, which have no border there that could be simplified for both."""
     given = np.array(shapes, dtype=object)
     for inner, outer in zip(*enclosures(given, given), strict=True):
-        error = GeometryError(
+        raise GeometryError(
             f"simplify: {names[inner]!r} lies within {names[outer]!r}, which has no hole there: give it one, or leave "
-            "out simplify"
+            "out simplify",
+            mendable=False,
         )
-        error.mendable = False
-        raise error
 
 
 def simplified_areas(shapes: Sequence[shapely.Polygon], length: float, work: Work) -> list[shapely.Polygon]:

@@ -328,11 +328,10 @@ def _overlapping(
     others = f", and {counted(more, 'more pair')} by less" if more else ""
     both, where = _named(names, *pair), f"{place(_inside(common))}{others}"
     if names[inner] == names[outer]:
-        error = GeometryError(
-            f"two features of {names[inner]!r} overlap by {width:.2g} at {where}: repair: true unites them"
+        return GeometryError(
+            f"two features of {names[inner]!r} overlap by {width:.2g} at {where}: repair: true unites them",
+            mendable=False,  # that is told already
         )
-        error.mendable = False  # it is named already
-        return error
     if float(just_above(width)) > most:
         return GeometryError(
             f"{both} overlap by {width:.2g} at {where}, too much for a join: correct the file, leave out one, or set "

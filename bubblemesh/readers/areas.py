@@ -66,12 +66,11 @@ def chosen_areas(areas: Sequence[Area], part: PartChoice | None) -> list[Area]:
     first, all_ = _beside(shapes[order[:1]]), _beside(shapes)
     if number is not None:
         raise CaseError(f"it has no part {number}: give a number from 0 to {len(areas) - 1}; {listed}")
-    error = GeometryError(
+    raise GeometryError(
         f"{len(areas)} separate areas are in it: choose by part: largest{first}, part: all{all_} for a mesh of "
-        f"separate pieces, or part: N, or by feature or layer; {listed}"
+        f"separate pieces, or part: N, or by feature or layer; {listed}",
+        mendable=not _apart(shapes),
     )
-    error.mendable = not _apart(shapes)
-    raise error
 
 
 def _apart(shapes: Shapes) -> bool:

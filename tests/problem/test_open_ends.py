@@ -8,6 +8,9 @@ import shapely
 
 import bubblemesh
 from bubblemesh.case import load_case
+from bubblemesh.geometry.arrangement.open_ends import FAR, NEARLY_CLOSED
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.prepare import prepare
 
 BOX = "domain:\n  outer: {rectangle: [0, 0, 20, 10], labels: [bottom, right, top, left]}\n"
@@ -99,3 +102,65 @@ def test_python_which_has_no_join_is_told_to_give_the_point():
         bubblemesh.mesh(
             shapely.box(0, 0, 20, 10), 2, lines={"main": np.array([[1, 5], [19, 5]]), "branch": [(8, 9), (10, 5.05)]}
         )
+
+
+def bends(count, seed, step):
+    """Paths (3, 2) of lines with one bend in a box of 20 by 10, of which none meets another one."""
+    random, found = np.random.default_rng(seed), []
+    while len(found) < count:
+        path = (random.uniform((1, 1), (19, 9)) + np.cumsum(random.uniform(-step, step, (3, 2)), axis=0)).round(4)
+        line = shapely.LineString(path)
+        if line.within(shapely.box(0, 0, 20, 10)) and line.distance(shapely.MultiLineString(found)) > 1e-3:
+            found.append(path)
+    return found
+
+
+def ends_of(paths):
+    lines = ", ".join(f"{{path: {path.tolist()}, label: l{number}}}" for number, path in enumerate(paths))
+    return case_domain(load_case("ends.yaml", text=f"{BOX}  lines: [{lines}]\nspacing: 2\n")).open_ends
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_gaps_are_those_to_the_nearest_line_or_side_measured_one_by_one(seed):
+    paths = bends(30, seed, 0.8)
+    reach, walls, expected = 0.5, shapely.box(0, 0, 20, 10).exterior, []
+    for number, path in enumerate(paths):
+        others = shapely.union_all([walls, *(shapely.LineString(one) for one in paths if one is not path)])
+        first, last = path[[0, -1]]
+        closing = np.hypot(*(last - first))
+        for end, own in ((first, closing), (last, np.inf)):
+            own = own if closing < NEARLY_CLOSED * shapely.LineString(path).length else np.inf
+            width = min(own, others.distance(shapely.Point(end)))
+            expected += [(width, number, *end)] if width <= reach else []
+    ends = ends_of(paths)
+    gaps = ends.gaps(np.full(len(ends.places), reach))
+    assert len(gaps) > 10
+    assert any("from its other end" in gap.text for gap in gaps)
+    for gap, (width, number, *end) in zip(gaps, sorted(expected), strict=True):
+        assert gap.width == pytest.approx(width, abs=1e-9)
+        assert gap.at.tolist() == end
+        assert gap.text.startswith(f"the line 'l{number}' ends at ")
+
+
+def test_a_line_with_three_ends_has_gaps_to_the_later_ones():
+    """There and back again along its middle part."""
+    (first, second) = ends_of([np.array([(2, 2), (2, 6), (2, 2.1), (8, 2.1), (2, 2.1), (2.3, 2.05)])]).gaps(
+        np.full(4, 1)
+    )
+    assert (first.width, second.width) == (pytest.approx(0.3041381), 1)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_advice_names_the_narrowest_gaps_of_some_ends_and_measures_few(seed, monkeypatch):
+    ends = ends_of(bends(150, seed, 0.2))
+    some = np.random.default_rng(seed).random(len(ends.places)) < 0.7
+    gaps = ends.gaps(np.where(some, FAR * ends.size, 0))
+    measured, foot = [], Boundary.foot
+    monkeypatch.setattr(
+        Boundary, "foot", lambda self, points, *rest: measured.append(len(points)) or foot(self, points, *rest)
+    )
+    told = ends.advice(some)
+    assert len(gaps) > 100
+    assert told == "; ".join(f"{gap.text} (join: {gap.join} closes that)" if gap.join else gap.text for gap in gaps[:3])
+    assert sum(measured) < len(ends.places)
+    assert ends.advice(np.zeros(len(ends.places), bool)) == ""

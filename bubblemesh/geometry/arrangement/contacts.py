@@ -6,7 +6,17 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, contained, each_once, first_rows, members, select
+from bubblemesh.arrays import (
+    Booleans,
+    Floats,
+    Integers,
+    contained,
+    each_once,
+    first_rows,
+    members,
+    pairs_of_groups,
+    select,
+)
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.arrangement import CONTACT_LENGTH, ROUNDINGS, TOUCHING
 from bubblemesh.geometry.boundary import Boundary
@@ -153,11 +163,9 @@ def _of_near_rings(line: PolygonalCopy, reach: Floats) -> Integers:
 def _to_shared_corner(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: Integers) -> Floats:
     """Distances (m,) of the probes from the nearest corner that their ring shares with the chords' ring."""
     corner, ring = boundary.ring_corners()
-    count = np.bincount(corner)
-    own, rank = members(count[corner])  # each ring at a corner with each one there
-    others = (np.cumsum(count) - count)[corner[own]] + rank
+    own, other = pairs_of_groups(corner)  # each ring at a corner with each one there
     rings = len(line.area_of_ring)
-    pair = ring[own] * rings + ring[others]
+    pair = ring[own] * rings + ring[other]
     order = np.argsort(pair)
     wanted = line.ring[probe] * rings + line.ring[chord]
     begin, end = (np.searchsorted(pair, wanted, side, order) for side in ("left", "right"))

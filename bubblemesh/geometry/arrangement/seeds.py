@@ -108,7 +108,8 @@ def _require_inside(seeds: Sequence[Seed], boundary: Boundary, size: float, poly
             with about(seed.key):
                 raise GeometryError(
                     f"the point of region {seed.name!r} at {place(seed.at)} lies {where}: move it into the part of the "
-                    "domain that it names"
+                    "domain that it names",
+                    mendable=False,
                 )
 
 
@@ -116,5 +117,6 @@ def _not_separated(one: Seed, other: Seed, advice: str) -> GeometryError:
     """The error of two seeds with different names in one face."""
     return GeometryError(
         f"no line separates the points of regions {one.name!r} at {place(one.at)} and {other.name!r} at "
-        f"{place(other.at)}: {advice}"
+        f"{place(other.at)}: {advice}",
+        mendable=False,
     )
