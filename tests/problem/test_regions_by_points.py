@@ -204,6 +204,15 @@ def test_points_that_name_no_face_of_their_own_are_refused(text, message):
     assert caught.value.about[:2] == ("domain", "regions")
 
 
+@pytest.mark.parametrize("regions", [TWO, "{name: a, at: [5, 1]}", "{name: a, at: [0, 1]}"])
+def test_points_that_no_repair_puts_right_have_the_domain_made_once(regions, monkeypatch):
+    made, read = [], bubblemesh.problem.domain._domain
+    monkeypatch.setattr(bubblemesh.problem.domain, "_domain", lambda *given: made.append(given) or read(*given))
+    with pytest.raises(GeometryError):
+        domain_of(section("", regions))
+    assert len(made) == 1
+
+
 def test_a_gap_that_is_hardly_meant_is_told_and_join_closes_it():
     line = "{path: [[2, 0], [2, 1.999]], label: h"
     problem = prepare(load_case("gap.yaml", text=section(line + "}", "{name: a, at: [1, 1]}") + "spacing: 0.2\n"))
