@@ -74,7 +74,7 @@ class TestLines:
 
     def test_a_line_outside_is_looked_at_once_however_many_sides_it_has(self, domain_of, monkeypatch):
         looked_at, middles = [], clipping._middles
-        monkeypatch.setattr(clipping, "_middles", lambda line: looked_at.append(line) or middles(line))
+        monkeypatch.setattr(clipping, "_middles", lambda curves: looked_at.append(curves) or middles(curves))
         far = "LINESTRING (" + ", ".join(f"{20 + k} {20 + k % 2}" for k in range(50)) + ")"
         domain_of(SQUARE + ", lines: [{file: a.wkt, outside: skip}]", a_wkt=far)
         assert len(looked_at) == 1

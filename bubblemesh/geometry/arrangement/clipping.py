@@ -11,7 +11,7 @@ from bubblemesh.errors import GeometryError, about
 from bubblemesh.geometry.arrangement import TOUCHING
 from bubblemesh.geometry.arrangement.regions import InnerParts
 from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.paths import InnerPoint, OpenPath, Point, Ring, as_point
+from bubblemesh.geometry.paths import InnerPoint, OpenPath, Point, as_point
 from bubblemesh.messages import counted, listed, place
 
 MOST_NAMED = 5
@@ -37,10 +37,11 @@ def without_outside(
 
     def middle_outside(line: OpenPath) -> Point | None:
         """The middle of a line's first chord, if all of the line is outside."""
+        curves = Boundary.empty().with_inner([line])
         # Chords of a line along a curve of the boundary may be beyond those of the polygon.
-        if length_inside(line, polygon) > tolerance:
+        if length_inside(curves, polygon) > tolerance:
             return None
-        middles = _middles(line)
+        middles = _middles(curves)
         return as_point(middles[0]) if (signed_distance(middles) < -tolerance).all() else None
 
     middles = [(line, middle_outside(line)) for line in parts.lines if line.optional]
@@ -112,16 +113,17 @@ def _named(points: Sequence[InnerPoint]) -> str:
     return f"{named} and {len(points) - MOST_NAMED} more" if len(points) > MOST_NAMED else named
 
 
-def _middles(line: OpenPath) -> Floats:
-    """Points (m, 2) on a line, halfway along its chords."""
-    curves = Boundary.empty().with_inner([line])
+def _middles(curves: Boundary) -> Floats:
+    """Points (m, 2) on curves, halfway along their chords."""
     piece, s, step = curves.stations()
     return curves.points(piece, s + step / 2)
 
 
-def length_inside(line: OpenPath, polygon: shapely.Polygon | shapely.MultiPolygon) -> float:
-    """Length of the part of a line that is inside, or on the boundary, by its chords."""
-    curves = Boundary.of([Ring(line.sides, line.vertices[:-1])])
-    piece, s, step = curves.stations()
-    pieces = shapely.linestrings(np.stack([curves.points(piece, s), curves.points(piece, s + step)], axis=1))
-    return float(shapely.length(shapely.intersection(pieces, polygon)).sum())
+def length_inside(curves: Boundary, polygon: shapely.Polygon | shapely.MultiPolygon) -> float:
+    """Length of the part of curves that is inside a prepared polygon, or on its boundary, by their chords."""
+    _, _, _, start, end = curves.chords()
+    chords = shapely.linestrings(np.stack([start, end], axis=1))
+    inside = shapely.contains_properly(polygon, chords)
+    others = chords[~inside]
+    parts = shapely.intersection(others[shapely.intersects(polygon, others)], polygon)
+    return float(shapely.length(chords[inside]).sum() + shapely.length(parts).sum())

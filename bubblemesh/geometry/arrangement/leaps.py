@@ -66,6 +66,6 @@ def _far_end(away: Floats, inside: Booleans) -> int | None:
 
 def _told(line: OpenPath, at: Floats, polygon: shapely.Polygon | shapely.MultiPolygon) -> str:
     """How much of a line is outside, and to which place it goes."""
-    total = float(Boundary.empty().with_inner([line]).lengths.sum())
-    share = 1 - length_inside(line, polygon) / total
+    curves = Boundary.empty().with_inner([line])
+    share = 1 - length_inside(curves, polygon) / float(curves.lengths.sum())
     return f"the line {line.name} is outside of the domain with {share:.3%} of its length, as far as {place(at)}"
