@@ -187,11 +187,14 @@ def _closest(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: In
     moved = np.flatnonzero(~_at_corner(boundary, line, probe))
     piece, s, width = line.piece[probe[moved]], line.s[probe[moved]], line.step[probe[moved]]
     for _ in range(REFINEMENTS if len(moved) else 0):
-        at = boundary.wrapped(piece[:, None], s[:, None] + width[:, None] * np.linspace(-1, 1, 2 * REFINED + 1))
+        steps = width[:, None] * np.linspace(-1, 1, 2 * REFINED + 1)
+        at = boundary.wrapped(piece[:, None], s[:, None] + steps)
         places = boundary.points(np.repeat(piece, at.shape[1]), at.ravel())
         feet = _feet(boundary, line, np.repeat(chord[moved], at.shape[1]), places)[1]
-        nearest = np.hypot(*(places - feet).T).reshape(at.shape).argmin(axis=1)
-        s, width = np.take_along_axis(at, nearest[:, None], axis=1)[:, 0], width / REFINED
+        distance = np.hypot(*(places - feet).T).reshape(at.shape)
+        nearest = distance == distance.min(axis=1, keepdims=True)  # several where curves touch, as far as rounding tells
+        s = boundary.wrapped(piece, s + (nearest * steps).sum(axis=1) / nearest.sum(axis=1))
+        width = width / REFINED
     points[moved] = boundary.points(piece, s)
     return points
 
