@@ -24,6 +24,7 @@ class RequestedSpacing(NamedTuple):
     after_rules: LimitedSpacing  # made finer by rules such as ``growth``
     after_periodic: LimitedSpacing  # and as fine as on the other one of two periodic sides
     survey: Survey
+    hidden: Floats | None  # (p,): edges below layers, up to so long on each piece, make nothing finer
 
     @property
     def spacing(self) -> Spacing:
@@ -59,19 +60,18 @@ def requested_spacing(
     after_periodic = limited_across_sides(domain, given, after_rules, ruled.ground)
     if max(after_rules.ratio, after_periodic.ratio) > 1:
         survey = surveyed(domain, after_periodic.spacing, max_nodes, cover)
-    return RequestedSpacing(before_rules, extremes_before, after_rules, after_periodic, survey)
+    return RequestedSpacing(before_rules, extremes_before, after_rules, after_periodic, survey, hidden)
 
 
 def fitted_to_boundary(
-    domain: Domain, requested: RequestedSpacing, spacing: Spacing, rules: Rules, max_nodes: int, hidden: Floats | None
+    domain: Domain, requested: RequestedSpacing, spacing: Spacing, rules: Rules, max_nodes: int
 ) -> Fitted:
     """The spacing for a packing: finer at short edges, at tight curves and across narrow parts of the domain.
 
     What is short, tight or narrow is so beside the ``spacing``: the one that is requested, or that in a metric
-    below it, whose sizes depend on the direction; edges below layers are ``hidden`` up to some length (p,) of each
-    piece. LimitError if it needs more than so many nodes.
+    below it, whose sizes depend on the direction. LimitError if it needs more than so many nodes.
     """
-    cover, expected = requested.survey.cover, requested.survey.ideal_nodes
+    cover, expected, hidden = requested.survey.cover, requested.survey.ideal_nodes, requested.hidden
     short, coarse = short_pieces(domain, spacing, hidden), coarse_curves(domain, spacing, hidden)
     for_packing = limited_for_packing_across_sides(domain, requested.after_periodic, short.joined(coarse))
     if for_packing.spacing is not requested.spacing:

@@ -9,6 +9,7 @@ import numpy as np
 
 from bubblemesh.errors import NODE_LIMIT, CaseError, Key, LimitError, NodeLimitError, at_key
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.checked import CheckedProblem
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.process.stopwatch import Stopwatch
 from bubblemesh.records import record
@@ -70,7 +71,7 @@ class ScaleSearch:
 
     nodes: int  # the target
     scales: Scales
-    check: Callable[[Task, Stopwatch, float], Problem]  # gives the problem at a scale
+    check: Callable[[Task, Stopwatch, float], CheckedProblem]  # gives the problem at a scale
     task: Task
     seconds: Mapping[str, float]  # taken before
     key: Key  # of the target in the case
@@ -86,21 +87,22 @@ class ScaleSearch:
         spent = replace(self.task, max_nodes=max(FEW, TIMES_TOO_MANY * self.nodes))
         stopwatch = Stopwatch(self.seconds)
 
-        def at(scale: float) -> tuple[float, Problem | None]:
+        def at(scale: float) -> tuple[float, CheckedProblem | None]:
             try:
-                problem = self.check(spent, stopwatch, scale)
+                checked = self.check(spent, stopwatch, scale)
             except LimitError:
                 return np.inf, None
-            return problem.expected_nodes, problem
+            return checked.problem.expected_nodes, checked
 
         with stopwatch.stage("spacing"):
-            scale, problem, trials = scaled_to(expected, self.scales, at, start, self.key if exact else None, known)
-        if problem is None and self.nearest is not None:
-            problem = self.check(self.task, stopwatch, scale)  # which has more than were to be counted
-        if problem is None:
+            scale, checked, trials = scaled_to(expected, self.scales, at, start, self.key if exact else None, known)
+        if checked is None and self.nearest is not None:
+            checked = self.check(self.task, stopwatch, scale)  # which has more than were to be counted
+        if checked is None:
             with at_key(*self.key):
                 raise out_of_reach(expected, np.inf)
-        return self.of(replace(problem, task=self.task, seconds=stopwatch.seconds), scale, (*known, *trials))
+        problem = checked.told(stopwatch)
+        return self.of(replace(problem, task=self.task), scale, (*known, *trials))
 
     def of(self, problem: Problem, scale: float, trials: tuple[CountTrial, ...] = ()) -> Problem:
         """The problem at a scale that trials led to, which is made anew at others where its mesh misses the target."""

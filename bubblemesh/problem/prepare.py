@@ -11,21 +11,18 @@ from bubblemesh.case import Case
 from bubblemesh.case.models import IN_METRIC
 from bubblemesh.errors import CaseError, LimitError
 from bubblemesh.geometry.domain import Domain
-from bubblemesh.messages import once_each
 from bubblemesh.problem import warnings
+from bubblemesh.problem.checked import CheckedProblem
 from bubblemesh.problem.compatibility import require_possible, require_triangles_for_parts
 from bubblemesh.problem.crs import given_bounds, require_one_unit, sizes_in_metres
 from bubblemesh.problem.domain import case_domain
 from bubblemesh.problem.files import unit_of_files
-from bubblemesh.problem.fitting import Fitted, RequestedSpacing, beside_no_detail, fitted_to_boundary, requested_spacing
-from bubblemesh.problem.lines_and_points import has_followable
+from bubblemesh.problem.fitting import Fitted, RequestedSpacing, fitted_to_boundary, requested_spacing
 from bubblemesh.problem.node_target import CLOSE, CountTrial, Scales, ScaleSearch, fit_node_target
-from bubblemesh.problem.open_ends import missed_contacts
 from bubblemesh.problem.problem import Problem, Task
 from bubblemesh.problem.slivers import open_gaps
 from bubblemesh.problem.spacing import SpacingRequest, case_spacing
 from bubblemesh.problem.task import task_of
-from bubblemesh.problem.warnings import FinerSpacing
 from bubblemesh.process.stopwatch import Stopwatch
 from bubblemesh.spacing.rules.grading import LimitedSpacing
 from bubblemesh.spacing.spacing import Spacing
@@ -44,14 +41,13 @@ class _Packable(NamedTuple):
     survey: Survey  # of it
     packing: Spacing  # that the packing goes by
     nodes: float  # the ideal number of the packing
-    warnings: tuple[str, ...]
     rest: "Rest | None" = None  # of the domain beside boundary layers, if there are any
 
     @classmethod
-    def of(cls, requested: RequestedSpacing, fitted: Fitted, warned: tuple[str, ...]) -> "_Packable":
+    def of(cls, requested: RequestedSpacing, fitted: Fitted) -> "_Packable":
         """What is found for circles in all of the domain."""
         filled = fitted.filled
-        return cls(requested.spacing, requested.survey, filled.spacing.spacing, filled.expected_nodes, warned)
+        return cls(requested.spacing, requested.survey, filled.spacing.spacing, filled.expected_nodes)
 
 
 def prepare(case: Case) -> Problem:
@@ -84,7 +80,7 @@ def prepare_in(domain: Domain, request: SpacingRequest, task: Task, stopwatch: S
     """Make a problem of a domain and a spacing request."""
     nodes = request.nodes
     if nodes is None:
-        return check_spacing(domain, request, task, stopwatch)
+        return check_spacing(domain, request, task, stopwatch).told(stopwatch)
     known: tuple[CountTrial, ...] = ()
     if request.rules.across is None:
         with suppress(CaseError, LimitError), stopwatch.stage("spacing"):
@@ -132,21 +128,20 @@ def _scaled(metrics: "Sequence[MetricRequest]", scale: float | None) -> "Sequenc
 
 def check_spacing(
     domain: Domain, request: SpacingRequest, task: Task, stopwatch: Stopwatch, scale: float | None = None
-) -> Problem:
+) -> CheckedProblem:
     """Check the spacing, at some scale, in the domain, and make it finer where its rules and the boundary ask for it.
 
-    A spacing that does not fit is a CaseError or a LimitError, with the place and what to do.
+    What comes out has no warnings yet. A spacing that does not fit is a CaseError or a LimitError, with the place and
+    what to do.
     """
     require_possible(domain, request, task)
     # 1. The spacing that is asked for, and the one that the packing goes by: finer where the boundary needs it.
     with stopwatch.stage("spacing"):
-        hidden = _hidden(domain, task)
-        requested = requested_spacing(domain, request, scale, task.max_nodes, hidden)
+        requested = requested_spacing(domain, request, scale, task.max_nodes, _hidden(domain, task))
         metric = _metric(domain, requested, request, task, scale)
         spacing = requested.spacing if metric is None else metric.requested
-        fitted = fitted_to_boundary(domain, requested, spacing, request.rules, task.max_nodes, hidden)
-        warned = _warnings(domain, request, task, scale, requested, fitted, hidden)
-    found = _Packable.of(requested, fitted, warned)
+        fitted = fitted_to_boundary(domain, requested, spacing, request.rules, task.max_nodes)
+    found = _Packable.of(requested, fitted)
     # 2. In a metric both depend on the direction.
     if metric is not None:
         with stopwatch.stage("metric"):
@@ -166,8 +161,9 @@ def check_spacing(
             ladders, lacking = left_out(error, domain, task.ladders)
             request = replace(request, warnings=(*request.warnings, lacking))
             fewer = check_spacing(domain, request, replace(task, ladders=ladders), stopwatch, scale)
-            return replace(fewer, task=task)  # with a larger scale, for a number of nodes, they may all have room
-    return Problem(
+            # With a larger scale, for a number of nodes, they may all have room.
+            return replace(fewer, problem=replace(fewer.problem, task=task))
+    problem = Problem(
         task=task,
         domain=domain,
         spacing=found.spacing,
@@ -179,10 +175,11 @@ def check_spacing(
         rules=request.rules,
         after_rules=requested.after_rules,
         after_periodic=requested.after_periodic,
-        warnings=(*found.warnings, *warnings.small_parts(task.parts, found.nodes)),
+        warnings=(),
         seconds=stopwatch.seconds,
         rest=found.rest,
     )
+    return CheckedProblem(problem, request, scale, requested, fitted, metric)
 
 
 def _hidden(domain: Domain, task: Task) -> Floats | None:
@@ -193,44 +190,6 @@ def _hidden(domain: Domain, task: Task) -> Floats | None:
     from bubblemesh.problem.layers import hidden_below
 
     return hidden_below(domain, task.ladders)
-
-
-def _warnings(
-    domain: Domain,
-    request: SpacingRequest,
-    task: Task,
-    scale: float | None,
-    requested: RequestedSpacing,
-    fitted: Fitted,
-    hidden: Floats | None,
-) -> tuple[str, ...]:
-    """Warnings of a domain and its spacing at some scale; edges up to some length (p,) of each piece are ``hidden``."""
-    filled, short, coarse = fitted.filled, fitted.short, fitted.coarse
-    edges = warnings.RefiningEdges.of(domain, short)
-    rings_followable = not (domain.given_outlines or any(region.area.outer.origin for region in domain.parts.regions))
-    detail = FinerSpacing(
-        short,
-        coarse,
-        edges,
-        filled.gaps,
-        *beside_no_detail(domain, requested, request.rules, filled, task.max_nodes),
-        filled.expected_nodes,
-        task.corners if rings_followable else None,
-        has_followable(domain.parts.lines),
-        task.file_length,
-    )
-    texts = (
-        *domain.notes,
-        *request.warnings,
-        *missed_contacts(domain, fitted.requested),
-        *warnings.sharp_angles(domain),
-        # How many nodes detail takes is known for circles only.
-        *(warnings.refined_boundary(short, coarse, edges) if request.metrics else warnings.detail(detail)),
-        *warnings.far_shorter_edges(domain, requested.before_rules, request.rules, hidden),
-        *warnings.limited_growth(fitted.before_narrow_parts, request.rules.growth, scale),
-        *warnings.narrow_parts(fitted.walls, filled.spacing.spacing, filled.left_out, fitted.requested, request.rules),
-    )
-    return once_each(texts)
 
 
 def _metric(
@@ -251,7 +210,7 @@ def _in_metric(found: _Packable, domain: Domain, metric: "InMetric", max_nodes: 
     """What is found, in a metric."""
     packing = metric.packing(domain, found.packing, max_nodes)
     nodes = ideal_nodes(domain, packing, max_nodes, ESTIMATE, found.survey.cover)
-    return _Packable(metric.requested, metric.survey, packing, nodes, once_each((*found.warnings, *metric.warnings)))
+    return _Packable(metric.requested, metric.survey, packing, nodes)
 
 
 def _beside_layers(
@@ -264,7 +223,6 @@ def _beside_layers(
 ) -> _Packable:
     """What is found, beside boundary layers; without them the spacing is ``fitted`` to the boundary."""
     # Imported here since few meshes have layers.
-    from bubblemesh.layers.figures import layer_figures
     from bubblemesh.problem.layers import with_layers
 
     rest, packing, short = with_layers(
@@ -275,6 +233,5 @@ def _beside_layers(
     return found._replace(
         packing=packing,
         nodes=ideal_nodes(rest.domain, packing, task.max_nodes, ESTIMATE),
-        warnings=once_each((*found.warnings, *warnings.low_layers(layer_figures(rest.strips)))),
         rest=rest,
     )

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import weakref
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,9 +19,11 @@ from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, Key, LimitError
 from bubblemesh.geometry import rings
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.problem.checked import CheckedProblem
 from bubblemesh.problem.node_target import NodeTarget, Scales, ScaleSearch, fit_node_target, next_aim, scaled_to
-from bubblemesh.problem.prepare import prepare
+from bubblemesh.problem.prepare import check_spacing, prepare
 from bubblemesh.problem.problem import Task
+from bubblemesh.process.stopwatch import Stopwatch
 from bubblemesh.spacing.spacing import Spacing
 
 TEETH = np.linspace(0, 2 * np.pi, 60, endpoint=False)
@@ -181,16 +184,19 @@ def test_scales_that_are_nearly_the_same_are_packed_once(factor, attempts, monke
 
 def test_the_time_of_each_trial_is_counted_once(monkeypatch):
     case, trials = load_case("a.yaml", text=BARE["1"], overrides=["spacing.nodes=200"]), []
-    problem = prepare(case)
+    checked = list[CheckedProblem]()
 
     def check(domain, request, task, stopwatch, scale):
+        if not checked:
+            checked.append(check_spacing(domain, request, task, Stopwatch(), scale))
         trials.append(request.rules.across)
         for stage, taken in [("spacing", 2.0), ("layers", 3.0)]:
             with stopwatch.stage(stage):
                 clock[0] += taken
         # What narrow parts take by themselves puts the number out of reach.
         expected = 400.0 if request.rules.across is None else 200.0
-        return replace(problem, expected_nodes=expected, seconds=stopwatch.seconds)
+        problem = replace(checked[0].problem, expected_nodes=expected, seconds=stopwatch.seconds)
+        return replace(checked[0], problem=problem)
 
     clock = [0.0]
     monkeypatch.setattr("bubblemesh.process.stopwatch.perf_counter", lambda: clock[0])
@@ -204,6 +210,24 @@ def test_the_time_of_each_trial_is_counted_once(monkeypatch):
     again = found.node_target.search.problem(200.0, found.node_target.rough)
     assert sum(again.seconds.values()) == before + 5.0
     assert again.seconds["layers"] == 3.0
+
+
+def test_warnings_are_made_once_and_not_at_each_trial(monkeypatch):
+    case, trials, told = load_case("a.yaml", text=DOMAINS["regions"], overrides=["spacing.nodes=60"]), [], []
+
+    def check(*args):
+        trials.append(args)
+        return check_spacing(*args)
+
+    def sharp_angles(domain):
+        told.append("an angle is sharp")
+        return told[-1:]
+
+    monkeypatch.setattr("bubblemesh.problem.prepare.check_spacing", check)
+    monkeypatch.setattr("bubblemesh.problem.warnings.sharp_angles", sharp_angles)
+    problem = prepare(case)
+    assert "an angle is sharp" in problem.warnings
+    assert len(told) == 1 < len(trials)
 
 
 @pytest.mark.long
@@ -292,7 +316,8 @@ class TestSearch:
         def check(task, stopwatch, scale):
             if task.max_nodes < 5e5:
                 raise LimitError("too many")
-            return replace(given, task=task, expected_nodes=5e5)
+            problem = replace(given, task=task, expected_nodes=5e5)
+            return SimpleNamespace(problem=problem, told=lambda stopwatch: problem)
 
         search = ScaleSearch(1000, self.scales, check, replace(given.task, max_nodes=10**6), {}, Key(["nodes"]), str)
         found = fit_node_target(search)
