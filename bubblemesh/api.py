@@ -244,6 +244,7 @@ def adapt(
     """
     # Imported here since meshing alone needs no estimates of errors.
     from bubblemesh.adaptivity import adapt as adapting
+    from bubblemesh.adaptivity.target import Target
 
     require_case(case)
     if not isinstance(solution, Path | str):
@@ -254,7 +255,7 @@ def adapt(
 
     def adapted() -> tuple[Result, list[str]]:
         given = (solution, []) if isinstance(solution, Solution) else read_solution(Path(with_home(solution)), field)
-        target = adapting.Target(error, nodes, anisotropic)
+        target = Target(error, nodes, anisotropic)
         return adapting.adapted(case, given[0], target, exact, on_round), given[1]
 
     with own_places():

@@ -20,7 +20,7 @@ from skfem.helpers import dot, grad
 
 import bubblemesh
 from benchmarks.metric.problems import Array
-from bubblemesh.adaptivity.adapt import GROWTH_IN_METRIC, MOST_ASPECT
+from bubblemesh.adaptivity.in_metric import GROWTH_IN_METRIC, MOST_ASPECT
 from bubblemesh.adaptivity.metric import best_metric, scaled_for
 from bubblemesh.spacing.metric.gradation import graded
 

@@ -59,11 +59,12 @@ def adapt(
     from bubblemesh import console
     from bubblemesh.adaptivity import adapt as adapting
     from bubblemesh.adaptivity.solution import read_solution
+    from bubblemesh.adaptivity.target import Target
     from bubblemesh.run.limits import within_limits
     from bubblemesh.run.output import OutputOptions, place_of
 
     loaded = case_at(case, overrides, untrusted)
-    target = adapting.Target(error, nodes, anisotropic, mark="--")
+    target = Target(error, nodes, anisotropic, mark="--")
     options = OutputOptions(output, formats or (), solvers or (), stream=mesh_stream(output, as_json))
     place = place_of(loaded, case, options, solution)
 

@@ -18,8 +18,8 @@ from sweeps import sweep
 import bubblemesh
 from benchmarks import adaptivity
 from benchmarks.adaptivity import CASE, adaptive, order, singular, uniform
-from bubblemesh.adaptivity.adapt import _missed_error
 from bubblemesh.adaptivity.sizes import smooth_sizes
+from bubblemesh.adaptivity.target import missed_error
 from bubblemesh.errors import CaseError, LimitError
 
 PATH = ROOT / "docs" / "adaptivity.md"
@@ -119,7 +119,7 @@ def test_a_wanted_error_is_met_after_a_few_loops():
     ],
 )
 def test_what_keeps_a_wanted_error_out_of_reach_is_named(step, share, told):
-    text = _missed_error(0.03, 0.05, step, share, anisotropic=False)
+    text = missed_error(0.03, 0.05, step, share, anisotropic=False)
     assert text == f"an error of 0.03 is asked for, and 0.05 is expected: {told}"
 
 

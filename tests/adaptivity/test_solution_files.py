@@ -4,8 +4,8 @@ import meshio
 import numpy as np
 import pytest
 
-from bubblemesh.adaptivity.adapt import Target
 from bubblemesh.adaptivity.solution import Solution, read_solution
+from bubblemesh.adaptivity.target import Target
 from bubblemesh.api import adapt
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, FileError

@@ -12,7 +12,8 @@ from commands import command
 from invariants import check_mesh
 
 from bubblemesh import mesh
-from bubblemesh.adaptivity.adapt import Target, adapted
+from bubblemesh.adaptivity.adapt import adapted
+from bubblemesh.adaptivity.target import Target
 from bubblemesh.case import load_case
 from bubblemesh.errors import CaseError, GeometryError
 from bubblemesh.geometry.paths import Line, Polyline
