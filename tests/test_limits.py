@@ -2,15 +2,14 @@
 
 import gc
 import importlib
-import re
 import subprocess
 import sys
 import threading
 from dataclasses import replace
 from functools import partial
 from itertools import count
-from pathlib import Path
 from time import perf_counter, process_time
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -70,7 +69,7 @@ def test_a_late_run_ends_with_the_name_of_its_stage_and_what_to_do(stage, strict
     with pytest.raises(LimitError) as caught:
         in_time(run, 0.05)
     assert perf_counter() - begun < PLENTY / 4
-    doing, advice = watchdog.STAGES[stage]
+    doing, advice, _ = watchdog.STAGES[stage]
     assert str(caught.value) == (
         f"limits.seconds: the time limit of 0.05 s was over while {doing}: {advice}, or raise the limit"
     )
@@ -90,10 +89,8 @@ def test_after_a_stage_within_another_one_a_late_run_names_the_outer_one(strict)
         in_time(run, 0.05)
 
 
-def test_every_stage_of_the_package_is_known():
-    package = Path(watchdog.__file__).parents[1]
-    texts = "".join(path.read_text(encoding="utf-8") for path in package.rglob("*.py"))
-    assert {*re.findall(r"(?:stage|enter)\(\"(\w+)\"\)", texts)} <= {*watchdog.STAGES}
+def test_every_stage_has_words():
+    assert get_args(watchdog.Stage) == tuple(watchdog.STAGES)
 
 
 @pytest.mark.parametrize("stage", watchdog.STAGES)

@@ -43,7 +43,7 @@ def timed(folder: Path, text: str, what: str) -> tuple[Ended, float]:
 
 def problems(done: Ended, is_late: bool) -> list[str]:
     """What is wrong with the end of a command."""
-    stages = [doing for doing, _ in STAGES.values() if doing in done.message]
+    stages = [row.doing for row in STAGES.values() if row.doing in done.message]
     wrong = [] if done.code in (0, LimitError.exit_code) else [f"exit code {done.code}: {done.message}"]
     wrong += ["no stage is named"] if done.code == LimitError.exit_code and not stages else []
     return [*done.problems, *wrong, *(["too late"] if is_late else [])]
@@ -66,7 +66,7 @@ def main(arguments: Iterable[str]) -> None:
                 load = os.getloadavg()[0]
                 found = problems(done, seconds > most and load < (os.cpu_count() or 1))
                 times, loads, bad = [*times, seconds], [*loads, load], bad + bool(found)
-                end = next((stage for stage, (doing, _) in STAGES.items() if doing in done.message), "done")
+                end = next((stage for stage, row in STAGES.items() if row.doing in done.message), "done")
                 print(f"{n:8,} {kind:16} {what:6} {seconds:5.1f} s, processors {worked:5.1f} s, load {load:.1f}: {end}")
                 print(*found, sep="\n", end="\n" * bool(found), flush=True)
     seconds, load = f"s at most for a limit of {limit:g} s", "mean load"

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from time import perf_counter
 
-from bubblemesh.process.watchdog import enter
+from bubblemesh.process.watchdog import Stage, enter
 
 
 class Stopwatch:
@@ -12,7 +12,7 @@ class Stopwatch:
 
     def __init__(self, seconds: Mapping[str, float] | None = None) -> None:
         self._seconds = dict(seconds or {})
-        self._within = list[str]()  # the stages of the blocks that have begun, the innermost last
+        self._within = list[Stage]()  # the stages of the blocks that have begun, the innermost last
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -20,7 +20,7 @@ class Stopwatch:
         return dict(self._seconds)
 
     @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
+    def stage(self, name: Stage) -> Iterator[None]:
         """Enter a stage, and add the time of the block to it, without the times of stages within the block.
 
         After a stage within another one that is entered again, unless an exception ends both.

@@ -7,27 +7,52 @@ from functools import cache
 from math import inf
 from threading import Event, Lock, Thread, get_ident, local
 from time import perf_counter
+from typing import Literal, NamedTuple
 
 from bubblemesh.errors import Key, LimitError
 
-# What a run does in each stage, and what makes that take less time.
-STAGES = {
-    "reading": ("reading the case", "make it shorter"),
-    "geometry": ("reading and checking the geometry", "give its rings fewer points"),
-    "estimate": ("estimating the error of the solution", "use a coarser mesh"),
-    "spacing": ("checking the spacing", "use fewer and simpler terms, or rings of fewer points"),
-    "metric": ("finding the sizes of the metric", "give it larger sizes, or no gradation"),
-    "layers": ("making boundary layers", "ask for fewer of them"),
-    "placement": ("placing bubbles", "coarsen the spacing"),
-    "packing": ("ending the packing", "coarsen the spacing"),
-    "refinement": ("adding nodes for angle_min or largest", "ask for less"),
-    "quality": ("measuring the mesh", "coarsen the spacing"),
-    "partition": ("dividing the mesh into parts", "coarsen the spacing"),
-    "writing": ("writing the files", "coarsen the spacing, or write fewer formats"),
+Stage = Literal[
+    "reading",
+    "geometry",
+    "estimate",
+    "spacing",
+    "metric",
+    "layers",
+    "placement",
+    "packing",
+    "refinement",
+    "quality",
+    "partition",
+    "writing",
+]
+
+
+class StageRow(NamedTuple):
+    """What a run does in a stage, and what makes that take less time."""
+
+    doing: str
+    advice: str
+    before_packing: bool = False  # whether there is no mesh yet to end with
+
+
+STAGES: dict[Stage, StageRow] = {
+    "reading": StageRow("reading the case", "make it shorter", before_packing=True),
+    "geometry": StageRow("reading and checking the geometry", "give its rings fewer points", before_packing=True),
+    "estimate": StageRow("estimating the error of the solution", "use a coarser mesh", before_packing=True),
+    "spacing": StageRow(
+        "checking the spacing", "use fewer and simpler terms, or rings of fewer points", before_packing=True
+    ),
+    "metric": StageRow("finding the sizes of the metric", "give it larger sizes, or no gradation", before_packing=True),
+    "layers": StageRow("making boundary layers", "ask for fewer of them", before_packing=True),
+    "placement": StageRow("placing bubbles", "coarsen the spacing"),
+    "packing": StageRow("ending the packing", "coarsen the spacing"),
+    "refinement": StageRow("adding nodes for angle_min or largest", "ask for less"),
+    "quality": StageRow("measuring the mesh", "coarsen the spacing"),
+    "partition": StageRow("dividing the mesh into parts", "coarsen the spacing"),
+    "writing": StageRow("writing the files", "coarsen the spacing, or write fewer formats"),
 }
 GRACE, GRACE_SHARE = 0.6, 0.06  # seconds, or share of the limit, that a late packing has to end by itself
-BEFORE_PACKING = "reading", "geometry", "estimate", "spacing", "metric", "layers"  # there is no mesh yet to end with
-SHORT_GRACE, SHORT_GRACE_SHARE = 0.1, 0.01  # the same for these stages, whose single calls may be long
+SHORT_GRACE, SHORT_GRACE_SHARE = 0.1, 0.01  # the same before the packing, where single calls may be long
 AGAIN = 1.0  # seconds until `Late` is raised once more, as a library may have swallowed it
 IMPORT_POLL = 0.02  # seconds after which to look again whether an import is over
 LONGEST_WAIT = 3600.0  # seconds that a thread waits at a time
@@ -41,7 +66,7 @@ class Watchdog:
     """A thread that ends a run some time after its limit, by `Late` in the thread that has made the watchdog."""
 
     def __init__(self, begun: float, place: str) -> None:
-        self.stage, self.limit = "reading", None  # type: str, float | None
+        self.stage, self.limit = "reading", None  # type: Stage, float | None
         self._begun, self._place, self._thread = begun, place, get_ident()
         self._armed, self._lock, self._ended = False, Lock(), Event()
 
@@ -73,7 +98,7 @@ class Watchdog:
 
     def error(self) -> LimitError:
         """Error of a run that was ended, with its stage and what to do."""
-        doing, advice = STAGES[self.stage]
+        doing, advice, _ = STAGES[self.stage]
         problem = f"the time limit of {self.limit:g} s was over while {doing}: {advice}, or raise the limit"
         error = LimitError(f"{self._place}limits.seconds: {problem}")
         error.about = Key(["limits", "seconds"])
@@ -81,7 +106,7 @@ class Watchdog:
 
     def _overdue(self) -> float:
         """Seconds until the run is ended, in its present stage: a packing that has begun in time gets more."""
-        short = self.stage in BEFORE_PACKING
+        short = STAGES[self.stage].before_packing
         grace, share = (SHORT_GRACE, SHORT_GRACE_SHARE) if short else (GRACE, GRACE_SHARE)
         return self.left + max(grace, share * (self.limit or 0.0))
 
@@ -106,7 +131,7 @@ def present_watchdog() -> Watchdog | None:
     return getattr(current, "watchdog", None)
 
 
-def enter(stage: str) -> None:
+def enter(stage: Stage) -> None:
     """Note the stage that the run in this thread is in."""
     watchdog = present_watchdog()
     if watchdog is not None:
