@@ -6,13 +6,17 @@ from bubblemesh.arrays import Floats, Integers, members
 from bubblemesh.kernels.library import call, or_numpy
 from bubblemesh.kernels.tensors import intersected_at, lengths
 
+SWEEPS = 100_000  # at most
+
 
 def grown_in_numpy(
     points: Floats, begin: Integers, ends: Integers, tensors: Floats, growth: float, settled: float
 ) -> Floats:
     """The same as `grown`, in NumPy."""
     result, told, news, counts = tensors.copy(), tensors.copy(), np.arange(len(points)), np.diff(begin)
-    while len(news):  # each time a size is less by more than what counts as none
+    for _ in range(SWEEPS):  # each time a size is less by more than what counts as none
+        if len(news) == 0:
+            break
         told[news] = result[news]
         of, rank = members(counts[news])
         origin, end = news[of], ends[begin[news][of] + rank]
@@ -42,6 +46,7 @@ def grown(points: Floats, begin: Integers, ends: Integers, tensors: Floats, grow
         ends=ends,
         growth=float(growth),
         settled=settled,
+        sweeps=SWEEPS,
         tensors=result,
     )
     return result

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Booleans, Floats, Integers, ShortIntegers
 from bubblemesh.errors import CaseError, FileError
 
-VERSION = 31  # of the library's functions, as in source/library.c
+VERSION = 32  # of the library's functions, as in source/library.c
 CHOICE = "BUBBLEMESH_ENGINE"  # environment variable that chooses one of the engines
 COMPILED, NUMPY = "compiled", "numpy"
 _VIEW = ctypes.c_char * 0
@@ -46,7 +46,7 @@ SIGNATURES = {
     "first_groups": "n:i t:i triangles:I chosen:B groups:I",
     "flip_to_shapes": ("t:i triangles:I measures:D roots:D m:i owners:I turned:I after:D there:D least:d fresh:B"),
     "flips_of_shapes": ("n:i t:i triangles:I f:i facets:I measures:D fresh:B good:d owners:I turned:I count:I"),
-    "grow_tensors": "n:i points:D begin:I ends:I growth:d settled:d tensors:D",
+    "grow_tensors": "n:i points:D begin:I ends:I growth:d settled:d sweeps:i tensors:D",
     "guarded_move": "n:i t:i triangles:I x:D move:D keep:d share:D",
     "hilbert_index": "n:i cells:I bits:i index:I",
     "interpolate": (

@@ -7,6 +7,7 @@ from scattered_points import SIDES, scattered
 from sweeps import sweep
 from twins import needs_compiler
 
+from bubblemesh.kernels import grading
 from bubblemesh.kernels.grading import grown, grown_in_numpy
 from bubblemesh.kernels.tensors import lengths
 from bubblemesh.meshes.edges import unique_edges
@@ -40,6 +41,16 @@ def test_both_engines_pass_circles_on_alike():
     tensors = np.random.default_rng(1).uniform(1, 1e4, len(x))[:, None] * [1.0, 0.0, 1.0]
     given = x, begin, ends, tensors, 0.1, 1e-3
     np.testing.assert_array_equal(grown(*given), grown_in_numpy(*given))
+
+
+@pytest.mark.parametrize("engine", [grown_in_numpy, pytest.param(grown, marks=needs_compiler)])
+def test_there_are_no_more_sweeps_than_the_cap(engine, monkeypatch):
+    monkeypatch.setattr(grading, "SWEEPS", 2)
+    x = np.column_stack([np.arange(5.0), np.zeros(5)])
+    begin, ends = np.array([0, 1, 3, 5, 7, 8]), np.array([1, 0, 2, 1, 3, 2, 4, 3])
+    tensors = np.array([4.0, 1e-4, 1e-4, 1e-4, 1e-4])[:, None] * [1.0, 0.0, 1.0]
+    found = engine(x, begin, ends, tensors, 0.5, 1e-3)
+    np.testing.assert_array_equal(found[:, 0] > 1e-3, [True, True, True, False, False])
 
 
 def test_a_tensor_is_passed_on_larger_by_the_growth_over_its_length():

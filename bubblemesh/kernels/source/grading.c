@@ -39,10 +39,10 @@ static int is_news(const double *m, const double *told, double settled)
     return change > settled * (told[0] + told[2]);
 }
 
-/* Passes tensors (n, 3) on to the neighbours of points (n, 2), sweep by sweep, until none changes any more. Those of
-   point k are the ends from begin[k] (n + 1,) on. */
+/* Passes tensors (n, 3) on to the neighbours of points (n, 2), sweep by sweep, until none changes any more or
+   there have been so many. The neighbours of point k are the ends from begin[k] (n + 1,) on. */
 KERNEL int64_t grow_tensors(int64_t n, const double *points, const int64_t *begin, const int64_t *ends, double growth,
-                            double settled, double *tensors)
+                            double settled, int64_t sweeps, double *tensors)
 {
     double *told = malloc((size_t)(3 * n + 1) * sizeof *told);
     int64_t *news = malloc((size_t)(n + 1) * sizeof *news);
@@ -53,7 +53,7 @@ KERNEL int64_t grow_tensors(int64_t n, const double *points, const int64_t *begi
         for (k = 0; k < n; k++)
             news[k] = k;
     }
-    while (status == DONE && count > 0) {
+    for (; status == DONE && count > 0 && sweeps > 0; sweeps--) {
         for (k = 0; k < count; k++)
             memcpy(told + 3 * news[k], tensors + 3 * news[k], 3 * sizeof *told);
         for (k = 0; k < count; k++) {
