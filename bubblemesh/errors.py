@@ -159,14 +159,17 @@ def coarsened_by(advice: str) -> Iterator[None]:
 def in_call(call: str, argument: str, node_limit: str) -> Iterator[None]:
     """Put a call before the texts of errors, and the argument that errors of the geometry are about.
 
-    What limits the number of nodes is called by its argument, ``node_limit``.
+    Keys of a case's domain are arguments of their own; errors of the geometry about one name it themselves. What limits
+    the number of nodes is called by its argument, ``node_limit``.
     """
     try:
         yield
     except BubblemeshError as error:
         if isinstance(error, NodeLimitError):
             error.limit = node_limit
-        if isinstance(error, GeometryError):
+        if error.about[:1] == ("domain",):
+            error.where = tuple(str(Key(error.about[1:])) if it == str(error.about) else it for it in error.where)
+        elif isinstance(error, GeometryError):
             error.prefix(error.about or argument)
         error.prefix(call)
         raise

@@ -48,8 +48,8 @@ def _require_still_boundary(domain: Domain, task: Task) -> None:
     for keys, (given, where) in asked.items():
         with about(Key(list(keys))):  # where sides that are not there are reported, too
             if given() and not task.method.relaxation.boundary_stays:
-                key = ".".join(keys)
-                raise CaseError(f"{key}: bubbles would slide along {where}: use relaxation: connected, or multilevel")
+                with at_key(*keys):
+                    raise CaseError(f"bubbles would slide along {where}: use relaxation: connected, or multilevel")
 
 
 def _require_possible_in_metric(task: Task) -> None:

@@ -4,7 +4,7 @@ from partitions import MOONS, check_net, domain_of, packed
 
 import bubblemesh
 from bubblemesh.case import load_case
-from bubblemesh.errors import CaseError, GeometryError
+from bubblemesh.errors import BubblemeshError, CaseError, GeometryError
 from bubblemesh.geometry.periodic import counterparts
 from bubblemesh.problem.prepare import prepare
 
@@ -350,3 +350,17 @@ def test_programs_have_periodic_sides_and_their_tolerance():
 def test_wrong_arguments_of_programs_are_named(options, message):
     with pytest.raises(CaseError, match=message):
         bubblemesh.mesh(NEARLY_SQUARE, 0.5, **options)
+
+
+@pytest.mark.parametrize(
+    ("periodic", "method", "told"),
+    [
+        (("a", "a"), "multilevel", "periodic: the side 'a' is named twice: each side has one counterpart"),
+        (("a", "b"), "bpm", "periodic: bubbles would slide along the sides: use relaxation: connected, or multilevel"),
+    ],
+)
+def test_a_call_names_its_argument_once(periodic, method, told):
+    lines = {"a": [(0, 0), (0, 1)], "b": [(1, 0), (1, 1)]}
+    with pytest.raises(BubblemeshError) as caught:
+        bubblemesh.mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 0.5, lines=lines, periodic=[periodic], method=method)
+    assert str(caught.value) == f"mesh(): {told}"
