@@ -85,12 +85,18 @@ class WorkerCopy:
         self.stdin, self.stdout = os.fdopen(to_copy, "wb"), os.fdopen(from_copy, "rb")
         self._lock = Lock()
         self._code: int | None = None
-        with _uninterrupted():
-            self.pid = os.fork()
-            if self.pid == 0:
-                _serve_as_copy(calls, answers, staging)
-        os.close(calls)
-        os.close(answers)
+        try:
+            with _uninterrupted():
+                self.pid = os.fork()
+                if self.pid == 0:
+                    _serve_as_copy(calls, answers, staging)
+        except OSError:  # too many processes
+            self.stdin.close()
+            self.stdout.close()
+            raise
+        finally:
+            os.close(calls)
+            os.close(answers)
 
     def kill(self) -> None:
         """End the process now."""

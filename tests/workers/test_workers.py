@@ -23,7 +23,7 @@ from bubblemesh.parts.work import Job
 from bubblemesh.process import resources
 from bubblemesh.workers.crew import answer, crew_of
 from bubblemesh.workers.hire import workers_at
-from bubblemesh.workers.local import local_workers
+from bubblemesh.workers.local import WorkerCopy, local_workers
 from bubblemesh.workers.workers import WorkerDied
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are those of POSIX")
@@ -74,7 +74,7 @@ def test_processes_load_what_they_will_call_before_they_are_asked_to():
 
 COPIES = """
 import json, os, signal, sys, threading, time
-from bubblemesh.workers.local import local_workers
+from bubblemesh.workers.local import WorkerCopy, local_workers
 from bubblemesh.workers.workers import WorkerDied
 
 ahead = "bubblemesh.parts.packing"
@@ -330,3 +330,15 @@ def test_workers_whose_batch_is_killed_say_nothing_and_the_next_batch_finds_no_f
     assert batch("b.yaml", "-o", "out", "--jobs", "1", folder=here).returncode == 0
     assert list((here / "tmp").iterdir()) == []
     assert not list((here / "out").glob(".bubblemesh*"))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork") or not Path("/proc/self/fd").exists(), reason="descriptors are in /proc")
+def test_a_copy_that_cannot_be_made_leaves_nothing_open(monkeypatch):
+    def fork():
+        raise BlockingIOError("too many processes")
+
+    monkeypatch.setattr(os, "fork", fork)
+    before = {*Path("/proc/self/fd").iterdir()}
+    with pytest.raises(BlockingIOError):
+        WorkerCopy("")
+    assert {*Path("/proc/self/fd").iterdir()} == before
