@@ -1,5 +1,6 @@
 """Where packed parts are kept until the mesh is made of them: in the memory, or in files that outlive the process."""
 
+import os
 import zlib
 from collections.abc import Callable
 from io import BytesIO
@@ -80,11 +81,17 @@ class InFolder:
             raise unwritten(path, error) from None
 
     def margin(self, number: int) -> Margin | None:
-        """All of a part but its core; None if it is not there, or damaged, as after a loss of power: both are read."""
+        """All of a part but its core; None if it is not there, or damaged, as after a loss of power: both are read.
+
+        FileError if this process has no right to read it: what is packed anew could not be kept.
+        """
         try:
             self.core(number)
             return cast("Margin", self._read(number, Margin, "margin"))
         except FileError:
+            path = self._folder / NAME.format(number)
+            if path.exists() and not os.access(path, os.R_OK):
+                raise
             return None
 
     def core(self, number: int) -> Core:

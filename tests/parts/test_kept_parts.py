@@ -195,6 +195,16 @@ def test_a_part_that_lacks_a_digit_is_none(place, files, tmp_path):
     assert files.margin(0) is None
 
 
+def test_a_kept_part_that_may_not_be_read_is_an_error(tmp_path, monkeypatch):
+    store = InFolder(tmp_path)
+    (tmp_path / "part-0.npz").write_bytes(b"")
+    assert store.margin(0) is None
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    with pytest.raises(FileError, match="part-0"):
+        store.margin(0)
+    assert store.margin(1) is None
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pipes among files")
 def test_a_pipe_among_kept_parts_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "part-0.npz")
