@@ -194,7 +194,7 @@ def _closest(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: In
         distance = np.hypot(*(places - feet).T).reshape(at.shape)
         nearest = distance == distance.min(
             axis=1, keepdims=True
-        )  # several where curves touch, as far as rounding tells
+        )  # several where curves touch: rounding
         s = boundary.wrapped(piece, s + (nearest * steps).sum(axis=1) / nearest.sum(axis=1))
         width = width / REFINED
     points[moved] = boundary.points(piece, s)
