@@ -140,25 +140,36 @@ def _in_layers(
 
 
 def _widest_in_layers(columns: Columns, which: Integers, tops: Floats, first: int) -> Floats:
-    """Largest widths (l, k) beside columns (k,) at the ``tops`` (l,) of layers from number ``first`` on."""
-    every, numbers = np.tile(np.arange(len(columns)), len(tops)), first + np.arange(len(tops))
-    at = columns.places(every, (columns.scale * tops[:, None]).ravel(), np.repeat(numbers, len(columns)))
-    return _widest(columns, at.reshape(len(tops), len(columns), 2))[:, which]
+    """Largest widths (l, k) beside columns (k,) at the ``tops`` (l,) of layers from number ``first`` on.
+
+    Neighbours whose layers are higher or lower are as far away as they are at the height of the column's own.
+    """
+    pair = columns.pair[columns.apart]
+    scales = columns.scale[pair].T
+    if (scales[0] == scales[1]).all():
+        scales = scales[:1]
+    numbers = np.repeat(first + np.arange(len(tops)), len(pair))
+    widths = list[Floats]()
+    for scale in scales:
+        height = (scale * tops[:, None]).ravel()
+        begin, end = (columns.places(np.tile(column, len(tops)), height, numbers) for column in pair.T)
+        widths.append(np.hypot(*(end - begin).T).reshape(len(tops), len(pair)))
+    return _widest(columns, widths[0], widths[-1])[:, which]
 
 
 def widest_at_feet(columns: Columns) -> Floats:
     """Largest width (c,) on the wall beside columns of the same foot or bend, but for fans."""
-    (widest,) = _widest(columns, columns.start[None])
+    i, j = columns.pair[columns.apart].T
+    width = np.hypot(*(columns.start[j] - columns.start[i]).T)[None]
+    (widest,) = _widest(columns, width, width)
     return widest
 
 
-def _widest(columns: Columns, at: Floats) -> Floats:
-    """Largest distances (l, c) of places at (l, c, 2) from those on neighbours: see `widest_at_feet`."""
+def _widest(columns: Columns, of_first: Floats, of_second: Floats) -> Floats:
+    """Largest of the widths (l, p) beside columns (c,), those of the first ones of pairs and of the second ones."""
     feet = columns.foot[columns.leader]
-    i, j = pair = columns.pair[columns.apart].T
-    across = at[:, j] - at[:, i]
-    width, widest = np.hypot(across[..., 0], across[..., 1]), np.zeros((len(at), columns.foot.max() + 1))
-    for end in pair:
+    widest = np.zeros((len(of_first), columns.foot.max() + 1))
+    for end, width in zip(columns.pair[columns.apart].T, (of_first, of_second), strict=True):
         for wide, there in zip(widest, width, strict=True):
             np.maximum.at(wide, feet[end], there)
     return widest[:, feet]

@@ -1057,6 +1057,32 @@ def test_a_wall_that_loses_its_first_height_beside_walls_with_lower_ones_is_told
     assert told[1].endswith("as the last layer, since first heights rise only gradually beside walls with lower ones")
 
 
+STRAIGHT = {"outer": {"polygon": [[0, 0], [1, 0], [2, 0], [2, 1], [0, 1]], "labels": ["a", "b", "o", "t", "i"]}}
+
+
+@pytest.mark.parametrize(("first", "growth", "count", "least"), [(4e-4, 1.2, 20, 19), (0.002, 1.1, 20, 17)])
+def test_where_first_heights_differ_on_a_straight_wall_both_have_about_as_many_layers_as_asked_for(
+    first, growth, count, least
+):
+    other = {"on": "b", "first": first, "growth": growth, "count": count}
+    strips = prepared(STRAIGHT, {"on": "a", "first": 2e-4, "count": 20}, other, spacing=0.03).rest.strips
+    assert strips.heights.count.min() >= least
+
+
+def test_beside_a_wall_of_fewer_and_higher_layers_columns_have_one_more_from_one_to_the_next():
+    other = {"on": "b", "first": 0.01, "growth": 1.1, "count": 28}
+    spacing = {"value": 0.1, "labels": {"a": 0.03, "b": 0.03}, "growth": 0.2}
+    problem = prepared(STRAIGHT, {"on": "a", "first": 2e-4, "until": "isotropic"}, other, spacing=spacing)
+    columns, count = problem.rest.strips.columns, problem.rest.strips.heights.count
+    fewest = count[columns.ladder == 1].min()
+    place = columns.start[:, 0]
+    along = count[(place <= 1) & (columns.start[:, 1] == 0)][
+        np.argsort(place[(place <= 1) & (columns.start[:, 1] == 0)])
+    ]
+    assert fewest >= 10
+    assert (np.diff(along)[along[1:] < 28] == -1).all()
+
+
 @pytest.mark.parametrize(("first", "spacing"), [(0.004, 0.05), (2e-4, 0.0201)])
 def test_nearer_first_heights_and_a_finer_spacing_keep_them(first, spacing):
     other = {**LOW_FIRST, "first": first}
