@@ -2,17 +2,23 @@
 
 They are the counterpart of fans: one column stands on several nodes of the wall, as where chamfers and fillets of a
 drawing round a concave corner off. Where these are larger, each node has a column of its own for the first layers, and
-these become one before they would meet.
+these become one before they would meet. So do columns beside each other on a straight wall, where layers become higher
+than the edge between them is long.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple, Self
 
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, components, turned_left
+from bubblemesh.geometry.boundary import Boundary
+from bubblemesh.geometry.curves import turning
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH
+from bubblemesh.layers.ladder import Ladder
 from bubblemesh.layers.walls import Walls, rotated
 
 SHORT = 3.0  # edges, in terms of the first layer: on longer ones some layers are no higher than wide
@@ -24,20 +30,41 @@ CLEAR = 0.2  # of a layer: least height of its top above the edges of a bend
 SLENDER = 0.1  # of the height of a layer: least mean width of its cells below where columns become one
 
 
+class _Bend(NamedTuple):
+    """Columns (k,) on edges ``inside`` (p,) a bend of a wall, between the sides ``before`` and ``after`` it."""
+
+    columns: Integers
+    inside: Booleans
+    before: int
+    after: int
+
+
+class _One(NamedTuple):
+    """The column that those at a bend become: it goes ``up`` (2,) from a place (2,), from a layer with a number on."""
+
+    at: Floats
+    up: Floats
+    layer: int
+
+
 def pinched(columns: Columns, walls: Walls, free: Booleans) -> Columns:
-    """The columns, of which those that are free (c,) become one before they would meet.
+    """The columns, of which those that are free (c,) become one before they would meet, or be needles.
 
     Such a column goes up from where the walls beside the bend would meet, as from a corner there: from the first layer
-    on where columns would meet soon and there is room for that, else from a later one.
+    on where columns would meet soon and there is room for that, else from a later one. On a straight wall it goes up
+    from the middle.
     """
     edges = ShortEdges.of(columns, walls)
     columns = _bends(columns, edges)
-    columns = _joined(columns, walls, _meeting_soon(columns, edges, free), later=False)
-    return _joined(columns, walls, _meeting(columns, edges, free & ~columns.are_pinched), later=True)
+    columns = _joined(columns, _meeting_soon(columns, edges, free), partial(_at_corner, columns, walls, later=False))
+    meeting = _meeting(columns, edges, free & ~columns.are_pinched)
+    columns = _joined(columns, meeting, partial(_at_corner, columns, walls, later=True))
+    beside = _on_straight_walls(columns, walls, edges, free & ~columns.are_pinched)
+    return _joined(columns, beside, partial(_in_middle, columns, walls))
 
 
-def _joined(columns: Columns, walls: Walls, pairs: Booleans, later: bool) -> Columns:
-    """The columns, of which those of ``pairs`` (p,) beside each other are one from the first layer on, or ``later``."""
+def _joined(columns: Columns, pairs: Booleans, one_at: Callable[[_Bend], _One | None]) -> Columns:
+    """The columns, of which those of ``pairs`` (p,) beside each other become the ``one_at`` their bend, if any."""
     if not pairs.any():
         return columns
     group = components(columns.pair[pairs], len(columns))
@@ -51,15 +78,16 @@ def _joined(columns: Columns, walls: Walls, pairs: Booleans, later: bool) -> Col
     for number in np.unique(group[columns.pair[pairs]]).tolist():
         mine = order[ends[number] : ends[number + 1]]
         inside = pairs & (group[columns.pair[:, 0]] == number)
-        corner = _corner(columns, walls, mine, before[mine].max(), after[mine].max())
-        layer = None if corner is None else _joining_layer(columns, inside, *corner, later)
-        if corner is None or layer is None:
+        beside_bend = int(before[mine].max()), int(after[mine].max())
+        # A ring of nothing but short edges has no sides beside them.
+        one = one_at(_Bend(mine, inside, *beside_bend)) if min(beside_bend) >= 0 else None
+        if one is None:
             kept[inside] = False
             continue
-        at[mine], up[mine] = corner
-        if layer == 1:
+        at[mine], up[mine] = one.at, one.up
+        if one.layer == 1:
             foot_up[mine] = up[mine]
-        owner[mine], joined[mine] = mine[0], layer
+        owner[mine], joined[mine] = mine[0], one.layer
     return replace(
         columns,
         at=at,
@@ -124,6 +152,82 @@ def _meeting(columns: Columns, edges: ShortEdges, free: Booleans) -> Booleans:
     return np.asarray(edges.short & free[columns.pair].all(axis=1) & meeting)
 
 
+def _on_straight_walls(columns: Columns, walls: Walls, edges: ShortEdges, free: Booleans) -> Booleans:
+    """Mask (p,) of the pairs on edges of a wall that is about straight there, and whose layers become as high."""
+    side = columns.side
+    small = edges.short | (
+        columns.bare_widths <= plain_edges(walls.domain.boundary, columns.ladders)[walls.piece[side]]
+    )
+    return np.asarray(small & columns.apart & ~edges.on_fillet & free[columns.pair].all(axis=1))
+
+
+def plain_edges(boundary: Boundary, ladders: Sequence[Ladder]) -> Floats:
+    """Lengths (p,) of pieces of a boundary that are below layers of that height on a straight wall; 0 for all others.
+
+    They are straight, the pieces on both sides of them are longer and have the same layers, and go on from there as
+    they do.
+    """
+    length, found = boundary.lengths, np.zeros(len(boundary.lengths))
+    ends = np.concatenate([boundary.start, boundary.end])
+    open_ones = np.flatnonzero(~boundary.closed)
+    pieces_at = np.bincount(ends[ends >= 0], minlength=len(boundary.corners))
+    into, out_of = (np.full(len(boundary.corners), -1) for _ in range(2))
+    into[boundary.end[open_ones]], out_of[boundary.start[open_ones]] = open_ones, open_ones
+    mine = open_ones[~boundary.approximated[open_ones]]
+    begin, end = boundary.start[mine], boundary.end[mine]
+    between = (pieces_at[begin] == 2) & (pieces_at[end] == 2) & (into[begin] >= 0) & (out_of[end] >= 0)
+    mine, before, after = mine[between], into[begin[between]], out_of[end[between]]
+    start, stop = np.zeros(len(mine)), length[mine]
+    ways = (
+        boundary.tangents(before, length[before]),
+        boundary.tangents(mine, start),
+        boundary.tangents(after, 0 * start),
+    )
+    turns = np.abs([turning(ways[0], ways[1]), turning(ways[1], ways[2]), turning(ways[0], ways[2])])
+    plain = (turns < LEAST_TURN).all(axis=0) & (stop < np.minimum(length[before], length[after]))
+    for ladder in ladders:
+        labels = [boundary.labels.index(label) for label in ladder.labels]
+        alike = np.isin(boundary.label, labels)
+        here = plain & alike[mine] & alike[before] & alike[after] & (stop <= ladder.heights.max())
+        found[mine[here]] = stop[here]
+    return found
+
+
+def _at_corner(columns: Columns, walls: Walls, bend: _Bend, *, later: bool) -> _One | None:
+    """The column from where the sides beside a bend would meet; from the first layer on, or from a ``later`` one."""
+    corner = _corner(columns, walls, bend)
+    layer = None if corner is None else _joining_layer(columns, bend.inside, *corner, later)
+    return None if corner is None or layer is None else _One(*corner, layer)
+
+
+def _in_middle(columns: Columns, walls: Walls, bend: _Bend) -> _One | None:
+    """The column in the middle of edges of a straight wall, from the layer on that is as high as they are long."""
+    turn = _turn(walls, bend)
+    if abs(turn) >= LEAST_TURN:
+        return None
+    begin, end = walls.x[walls.ends[bend.before, 1]], walls.x[walls.ends[bend.after, 0]]
+    at, up = (begin + end) / 2, _middle_way(walls, bend, turn)
+    pair = columns.pair[bend.inside]
+    ladder, scale = columns.ladders[columns.ladder[pair[0, 0]]], columns.scale[pair[0, 0]]
+    tops, heights = scale * ladder.tops, scale * ladder.heights
+    high = np.flatnonzero(heights >= np.hypot(*(end - begin)))
+    if len(high) == 0:
+        return None
+    layer = int(high[0])
+    below = columns.at[pair] + tops[layer] * columns.up[pair]
+    across = below[:, 1] - below[:, 0]
+    width = (across * (columns.at[pair[:, 1]] - columns.at[pair[:, 0]])).sum(axis=1) / columns.bare_widths[bend.inside]
+    if layer > 0 and (width.min() <= 0 or width.mean() < SLENDER * heights[layer - 1]):
+        return None
+    return _One(at, up, layer + 1) if _is_above(at + tops[layer + 1] * up, below, heights[layer]) else None
+
+
+def _is_above(top: Floats, below: Floats, height: float) -> bool:
+    """Whether a node (2,) on top of a layer of some height is above all edges ``below`` (k, 2, 2) it."""
+    left = turned_left(below[:, 1] - below[:, 0])
+    return bool((((top - below[:, 0]) * left).sum(axis=1) >= CLEAR * height * np.hypot(*left.T)).all())
+
+
 def _joining_layer(columns: Columns, inside: Booleans, corner: Floats, up: Floats, later: bool) -> int | None:
     """Number of the layer from which on columns on the edges ``inside`` (p,) a bend may be one; None if there is none.
 
@@ -142,28 +246,36 @@ def _joining_layer(columns: Columns, inside: Booleans, corner: Floats, up: Float
         width = ((end - begin) * along).sum(axis=1)
         if later and (width.min() <= 0 or width.mean() < SLENDER * heights[layer - 1]):
             return None
-        left = turned_left(end - begin)
-        above = ((corner + tops[layer + 1] * up - begin) * left).sum(axis=1) / np.hypot(*left.T)
         soon = not later or width.mean() < LOW * nearer.mean() * heights[layer]
-        if soon and (above >= CLEAR * heights[layer]).all():
+        below = np.stack([begin, end], axis=1)
+        if soon and _is_above(corner + tops[layer + 1] * up, below, heights[layer]):
             return layer + 1
     return None
 
 
-def _corner(columns: Columns, walls: Walls, mine: Integers, before: int, after: int) -> tuple[Floats, Floats] | None:
+def _turn(walls: Walls, bend: _Bend) -> float:
+    """Angle by which a wall turns to the left at a bend."""
+    first, last = walls.directions[bend.before], walls.directions[bend.after]
+    return float(np.arctan2(first[0] * last[1] - first[1] * last[0], first @ last))
+
+
+def _middle_way(walls: Walls, bend: _Bend, turn: float) -> Floats:
+    """Way up (2,) in the middle between the sides beside a bend that turns by some angle."""
+    half = (np.pi - turn) / 2
+    last = walls.directions[bend.after]
+    return np.asarray(rotated(last[None], np.array([half]))[0] * min(1 / np.sin(half), HIGHEST_STRETCH))
+
+
+def _corner(columns: Columns, walls: Walls, bend: _Bend) -> tuple[Floats, Floats] | None:
     """Place (2,) where the sides beside a bend would meet, and the way up (2,) from there; None if that is no place."""
-    if before < 0 or after < 0:  # a ring of nothing but short edges
-        return None
-    first, last = walls.directions[before], walls.directions[after]
-    turn = float(np.arctan2(first[0] * last[1] - first[1] * last[0], first @ last))
+    turn = _turn(walls, bend)
     if turn < LEAST_TURN:
         return None
-    begin, end = walls.x[walls.ends[before, 1]], walls.x[walls.ends[after, 0]]
+    first, last = walls.directions[bend.before], walls.directions[bend.after]
+    begin, end = walls.x[walls.ends[bend.before, 1]], walls.x[walls.ends[bend.after, 0]]
     way = end - begin
     share = (way[0] * last[1] - way[1] * last[0]) / np.sin(turn)
-    length = float(np.hypot(*(walls.x[columns.foot[mine]] - begin).T).max())
+    length = float(np.hypot(*(walls.x[columns.foot[bend.columns]] - begin).T).max())
     if not 0 <= share <= FARTHEST * length:
         return None
-    half = (np.pi - turn) / 2
-    up = rotated(last[None], np.array([half]))[0] * min(1 / np.sin(half), HIGHEST_STRETCH)
-    return begin + share * first, up
+    return begin + share * first, _middle_way(walls, bend, turn)

@@ -12,7 +12,7 @@ from bubblemesh.case.layers import LayerKeys
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder, count_of, first_of, growth_of
-from bubblemesh.layers.pinches import ROUND, SHORT
+from bubblemesh.layers.pinches import ROUND, SHORT, plain_edges
 from bubblemesh.layers.pipeline import HighLayerError, layered
 from bubblemesh.layers.rest import Rest
 from bubblemesh.layers.walls import fillet_radii
@@ -67,9 +67,10 @@ def _ladders(entries: Sequence[LayerKeys], domain: Domain) -> Iterator[Ladder]:
 def hidden_below(domain: Domain, ladders: Sequence[Ladder]) -> Floats:
     """Length (p,) up to which edges of each piece of the boundary are hidden below layers, and make nothing finer.
 
-    Fillets are hidden as a whole if their radius is about the height of the first layer, or below.
+    Fillets are hidden as a whole if their radius is about the height of the first layer, or below, and edges of
+    straight walls if layers become as high.
     """
-    boundary, hidden = domain.boundary, np.zeros(len(domain.boundary.lengths))
+    boundary, hidden = domain.boundary, plain_edges(domain.boundary, ladders)
     radii = fillet_radii(boundary)
     for ladder in ladders:
         mine = np.isin(boundary.label, [boundary.labels.index(label) for label in ladder.labels])
