@@ -210,10 +210,9 @@ def _in_middle(columns: Columns, walls: Walls, bend: _Bend) -> _One | None:
     pair = columns.pair[bend.inside]
     ladder, scale = columns.ladders[columns.ladder[pair[0, 0]]], columns.scale[pair[0, 0]]
     tops, heights = scale * ladder.tops, scale * ladder.heights
-    high = np.flatnonzero(heights >= np.hypot(*(end - begin)))
-    if len(high) == 0:
+    layer = int(np.searchsorted(heights, np.hypot(*(end - begin))))
+    if layer >= ladder.count or heights[layer] > columns.spacing[pair].min():
         return None
-    layer = int(high[0])
     below = columns.at[pair] + tops[layer] * columns.up[pair]
     across = below[:, 1] - below[:, 0]
     width = (across * (columns.at[pair[:, 1]] - columns.at[pair[:, 0]])).sum(axis=1) / columns.bare_widths[bend.inside]

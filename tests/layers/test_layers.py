@@ -741,6 +741,41 @@ def test_a_vertex_close_to_another_one_on_a_plain_wall_takes_no_layers_away(rais
     assert (row.compressed, row.first["kept"]) == (1, 1)
 
 
+@pytest.mark.parametrize("length", [1e-5, 0.0015, 0.0029, 0.0031, 0.01, 0.03])
+@pytest.mark.parametrize("slope", sweep([0, 0.15, -0.15], quick=1))
+def test_a_short_edge_on_a_straight_wall_is_below_layers_as_high_as_it_is_long(length, slope):
+    """Its columns become one, and the nodes beside are as far apart as those of the whole wall."""
+
+    def layers_with(*between):
+        outer = {
+            "polygon": [[0, 0], *between, [1, 0], [1, 0.6], [0, 0.6]],
+            "labels": ["w"] * (1 + len(between)) + SIDES[1:],
+        }
+        spacing = {"value": 0.1, "labels": {"w": 0.04}, "growth": 0.2}
+        return prepared({"outer": outer}, {"on": "w", "first": 0.001, "until": "isotropic"}, spacing=spacing)
+
+    problem, plain = layers_with([0.5, 0], [0.5 + length, slope * length]), layers_with()
+    row, whole = layers_of(problem, "w"), layers_of(plain, "w")
+    assert (row.count["least"], row.columns) == (21, whole.columns)
+    assert row.first["kept"] > 0.99 if slope == 0 else row.first["kept"] > 0.9
+    front, other = (shortest_front(one.rest.strips) for one in (problem, plain))
+    assert front > 0.6 * other
+    assert problem.warnings == ()
+
+
+def shortest_front(strips):
+    ends = strips.x[strips.fronts[strips.top[strips.columns.pair[:, 0]] != strips.top[strips.columns.pair[:, 1]]]]
+    return np.hypot(*np.diff(ends, axis=1)[:, 0].T).min()
+
+
+def test_a_side_between_longer_ones_has_columns_of_its_own_up_to_the_front():
+    places = [[0, 0], [0.4, 0], [0.6, 0], [1, 0]]
+    outer = {"polygon": [*places, [1, 0.6], [0, 0.6]], "labels": ["w"] * 3 + SIDES[1:]}
+    problem = prepared({"outer": outer}, {"on": "w", "first": 0.001, "until": "isotropic"}, spacing=0.04)
+    assert layers_of(problem, "w").count["least"] == 21
+    assert not problem.rest.strips.columns.pinch.any()
+
+
 def shortest_edge_beside_layers(result):
     mesh, packed = result.mesh, result.fields["layer"] == 0
     edges, _ = unique_edges(mesh.triangles[packed])
