@@ -10,7 +10,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, turned_left
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH, blended, fan, on_curves
 from bubblemesh.layers.ladder import Ladder
-from bubblemesh.layers.pinches import SHORT, parting, pinched
+from bubblemesh.layers.pinches import SHORT, parting, pinched, small_steps
 from bubblemesh.layers.walls import Walls, rotated
 
 ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse
@@ -53,6 +53,7 @@ class _ColumnBuilder:
         self.middles = list(_middles(walls, self.along))
         self.lower = _lower(walls, ladders).tolist()
         self.feet = walls.ends[:, 1].tolist()
+        self.steps = small_steps(walls, ladders)
         self.rows = list[_Row]()
         # Column at the beginning and at the end of each side, and those of each fan, with the side before it.
         self.first, self.last = (np.full(len(walls.piece), -1) for _ in range(2))
@@ -71,7 +72,8 @@ class _ColumnBuilder:
         """
         angle, foot, ladder = float(self.walls.angle[side]), self.feet[side], self.lower[side]
         is_corner, d = bool(self.walls.node_piece[foot] < 0), float(self.walls.d[foot])
-        ways = fan(self.ladders[ladder], self.normals[side], angle, d, is_corner=is_corner)
+        plain = side in self.steps
+        ways = None if plain else fan(self.ladders[ladder], self.normals[side], angle, d, is_corner=is_corner)
         around = [self.add(foot, up, ladder) for up in ([self.middles[side]] if ways is None else ways)]
         self.last[side], self.first[after] = around[0], around[-1]
         if len(around) > 1:

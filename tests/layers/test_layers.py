@@ -776,6 +776,28 @@ def test_a_side_between_longer_ones_has_columns_of_its_own_up_to_the_front():
     assert not problem.rest.strips.columns.pinch.any()
 
 
+@pytest.mark.parametrize(("up", "along"), sweep([(3e-4, 0), (-3e-4, 0), (1e-5, 0), (9e-4, 0), (-4e-4, 3e-4)], quick=3))
+def test_a_step_lower_than_the_first_layer_takes_no_layers_away(up, along):
+    outer = {
+        "polygon": [[0, 0], [0.5, 0], [0.5 + along, up], [1, up], [1, 0.6], [0, 0.6]],
+        "labels": ["w"] * 3 + SIDES[1:],
+    }
+    spacing = {"value": 0.1, "labels": {"w": 0.04}, "growth": 0.2}
+    result = run({"outer": outer}, {"on": "w", "first": 0.001, "until": "isotropic"}, spacing=spacing)
+    row = row_of(result, "w")
+    assert (row["count"]["least"], row["complete"]) == (21, 1)
+    assert row["first"]["kept"] > 0.9
+    assert row["angle_max"]["degrees"] < 155
+    assert result.report["warnings"] == []
+
+
+@pytest.mark.parametrize("width", [2e-4, 1e-3])
+def test_a_groove_below_a_first_layer_that_no_node_is_above_leaves_a_sound_mesh(width):
+    groove = [[0.5, 0], [0.5, -3e-4], [0.5 + width, -3e-4], [0.5 + width, 0]]
+    outer = {"polygon": [[0, 0], *groove, [1, 0], [1, 0.6], [0, 0.6]], "labels": ["w"] * 5 + SIDES[1:]}
+    run({"outer": outer}, {"on": "w", "first": 0.001, "count": 4}, spacing=0.1)
+
+
 def shortest_edge_beside_layers(result):
     mesh, packed = result.mesh, result.fields["layer"] == 0
     edges, _ = unique_edges(mesh.triangles[packed])
