@@ -7,6 +7,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers
 from bubblemesh.layers.heights import gradual, layers_within
+from bubblemesh.layers.pinches import SHORT
 from bubblemesh.layers.room import limited_slopes
 from bubblemesh.layers.strips import Strips
 from bubblemesh.messages import counted, place
@@ -33,6 +34,10 @@ REASONS = {
         "{share:.2%} of the wall has a lower first layer than asked for, as at {at}, since it meets walls with lower "
         "ones, beside which first heights rise only gradually from column to column: make the first heights of both "
         "more alike, or the spacing along this wall finer"
+    ),
+    "short": (
+        f"{LOW_COLUMNS}{{squeezed}}, beside an edge that is shorter than {SHORT:g} first heights: simplify, beside what "
+        "is drawn, leaves such edges out"
     ),
     "others": (
         f"{LOW_COLUMNS}{{squeezed}}: columns end before they meet others, or would be farther apart than the spacing "
@@ -97,7 +102,20 @@ def low_columns(strips: Strips, which: Integers) -> dict[str, Booleans]:
     as_spaced = low & ~as_neighbours & _have_all(strips, by_spacing)
     others = low & ~as_neighbours & ~as_spaced
     found = {"edges": bare, "spacing": as_spaced, "neighbours": as_neighbours, "others": others}
-    return {reason: mask[which] for reason, mask in found.items()}
+    own = {reason: mask[which] for reason, mask in found.items()}
+    if own["others"].any() and _is_beside_short_edge(strips, lowest(strips, which[own["others"]])[0]["at"]):
+        own["short"] = own.pop("others")
+    return own
+
+
+def _is_beside_short_edge(strips: Strips, at: tuple[float, float]) -> bool:
+    """Whether there is a side of a drawing beside a place that is as short as features below the first layers are."""
+    walls, boundary = strips.walls, strips.walls.domain.boundary
+    first = np.array([ladder.first for ladder in strips.columns.ladders])[walls.ladder]
+    reach = SHORT * first
+    short = walls.layered & (boundary.lengths[walls.piece] < reach) & ~boundary.approximated[walls.piece]
+    begin = walls.x[walls.ends[short, 0]]
+    return bool((np.hypot(*(begin - at).T) < 2 * reach[short]).any())
 
 
 def _have_all(strips: Strips, most: Integers) -> Booleans:

@@ -791,6 +791,16 @@ def test_a_step_lower_than_the_first_layer_takes_no_layers_away(up, along):
     assert result.report["warnings"] == []
 
 
+def test_a_step_about_as_high_as_the_first_layer_is_told_with_its_remedy():
+    outer = {
+        "polygon": [[0, 0], [0.5, 0], [0.5, 0.002], [1, 0.002], [1, 0.6], [0, 0.6]],
+        "labels": ["w"] * 3 + SIDES[1:],
+    }
+    problem = prepared({"outer": outer}, {"on": "w", "first": 0.001, "until": "isotropic"}, spacing=0.04)
+    (warning,) = problem.warnings
+    assert "beside an edge that is shorter than 3 first heights: simplify, beside what is drawn" in warning
+
+
 @pytest.mark.parametrize("width", [2e-4, 1e-3])
 def test_a_groove_below_a_first_layer_that_no_node_is_above_leaves_a_sound_mesh(width):
     groove = [[0.5, 0], [0.5, -3e-4], [0.5 + width, -3e-4], [0.5 + width, 0]]
