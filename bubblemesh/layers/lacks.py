@@ -36,8 +36,8 @@ REASONS = {
         "more alike, or the spacing along this wall finer"
     ),
     "short": (
-        f"{LOW_COLUMNS}{{squeezed}}, beside an edge that is shorter than {SHORT:g} first heights: simplify, beside what "
-        "is drawn, leaves such edges out"
+        f"{LOW_COLUMNS}{{squeezed}}, beside an edge that is shorter than {SHORT:g} first heights: simplify, beside "
+        "what is drawn, leaves such edges out"
     ),
     "others": (
         f"{LOW_COLUMNS}{{squeezed}}: columns end before they meet others, or would be farther apart than the spacing "
