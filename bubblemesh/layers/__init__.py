@@ -24,8 +24,8 @@ strip
 fan
     Several columns on one node, around a corner of the wall that points into the domain.
 pinch
-    Several columns on short edges, at a concave bend or on a straight wall, that are one, from the first layer on or from
-    a later one; the counterpart of a fan.
+    Several columns on short edges, at a concave bend or on a straight wall, that are one, from the first layer on or
+    from a later one; the counterpart of a fan.
 front
     A straight edge between the layers and the rest.
 rest
