@@ -113,17 +113,12 @@ class CirclePacking:
                 inserted += self._controlled_again()
             self.net = method.smoothing(self.net, domain, self.spacing)
             progress.add(SMOOTHING * len(self.net.bubbles))
-        self._smooth_worst()  # so that mending is for what is left of them
+        # Before mending too, so that this is for what is left of them.
+        self.net = method.smoothing.of_worst(self.net, domain, self.spacing)
         self.net = method.mending(self.net, domain, self.spacing, method.smoothing, random)
-        self._smooth_worst()
+        self.net = method.smoothing.of_worst(self.net, domain, self.spacing)
         self.net = with_opposite_nodes(self.net, domain, self.spacing, method.smoothing)
         return inserted, relaxed
-
-    def _smooth_worst(self) -> None:
-        """The last pass of the smoothing, for the worst triangles, if there are any passes."""
-        smoothing = self.method.smoothing
-        if smoothing.passes:
-            self.net = smoothing(self.net, self.setting.domain, self.spacing, last=True)
 
     def _relaxed_again(self, relaxer: Relaxer, steps: int) -> Relaxed:
         """The last relaxations as one: they are repeated while bubbles are lost at the boundary."""

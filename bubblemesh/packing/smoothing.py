@@ -1,5 +1,6 @@
 """Smoothing: the finished packing is moved to triangles of the best shape and edges as long as the spacing."""
 
+from collections.abc import Callable
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -33,7 +34,11 @@ class NoSmoothing:
     passes: ClassVar[int] = 0
     shape_steps: ClassVar[int] = 0
 
-    def __call__(self, net: Net, domain: Domain, spacing: Spacing, last: bool = False) -> Net:
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
+        """The net as it is."""
+        return net
+
+    def of_worst(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
         """The net as it is."""
         return net
 
@@ -75,23 +80,15 @@ class Smoothing(SmoothingPasses):
         float, Ge(1), Le(10), Doc("weight of triangles at bubbles without six neighbours, as those on the boundary")
     ] = 2.0
 
-    def __call__(self, net: Net, domain: Domain, spacing: Spacing, last: bool = False) -> Net:
-        """Net after one pass, connected anew; the ``last`` one is for the worst triangles.
+    def __call__(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
+        """Net after one pass, connected anew."""
+        return _accepted(net, domain, spacing, lambda free: self.moved(net, domain, free))
 
-        Where two walls are near, bubbles that slide may make boundary edges that cross, or next to each other: then
-        the boundary stays as it is.
-        """
-        allowed = max(float(eta(net.bubbles.x, net.triangles).max()), WORST)
-        for held in (net.bubbles.corners, net.bubbles.boundary_count):
-            free = np.arange(len(net.bubbles)) >= held
-            try:
-                moved = self._last(net, domain, spacing, free) if last else self.moved(net, domain, free)
-                smoothed = connect_inside(moved, domain, spacing, net)
-            except GeometryError:
-                continue
-            if eta(smoothed.bubbles.x, smoothed.triangles).max() <= allowed:
-                return smoothed
-        return net
+    def of_worst(self, net: Net, domain: Domain, spacing: Spacing) -> Net:
+        """Net after the last pass, for the worst triangles, connected anew; as it is if there are no passes."""
+        if self.passes == 0:
+            return net
+        return _accepted(net, domain, spacing, lambda free: self._worst_moved(net, domain, spacing, free))
 
     def moved(self, net: Net, domain: Domain, free: Booleans) -> Bubbles:
         """The bubbles of a net after one pass in which only those that are ``free`` (n,) move.
@@ -113,7 +110,7 @@ class Smoothing(SmoothingPasses):
         sliding.follow(x)
         return sliding.bubbles_at(x, d)
 
-    def _last(self, net: Net, domain: Domain, spacing: Spacing, free: Booleans) -> Bubbles:
+    def _worst_moved(self, net: Net, domain: Domain, spacing: Spacing, free: Booleans) -> Bubbles:
         """The bubbles of a net after Newton's method, in which those of bad triangles that are ``free`` (n,) move."""
         bubbles, sliding, moving = net.bubbles, Sliding(domain.boundary, net.bubbles), np.zeros(len(net.bubbles), bool)
         moving[net.triangles[eta(bubbles.x, net.triangles) > WORSE]] = True
@@ -132,6 +129,23 @@ class Smoothing(SmoothingPasses):
         places[near] = newton.moved(x, LAST_SWEEPS)
         sliding.follow(places)
         return sliding.bubbles_at(places, bubbles.d)
+
+
+def _accepted(net: Net, domain: Domain, spacing: Spacing, move: Callable[[Booleans], Bubbles]) -> Net:
+    """Net of the bubbles as a function moves those that are free (n,); as it was if its worst triangle gets worse.
+
+    Where two walls are near, bubbles that slide may make boundary edges that cross, or next to each other: then
+    the boundary stays as it is.
+    """
+    allowed = max(float(eta(net.bubbles.x, net.triangles).max()), WORST)
+    for held in (net.bubbles.corners, net.bubbles.boundary_count):
+        try:
+            smoothed = connect_inside(move(np.arange(len(net.bubbles)) >= held), domain, spacing, net)
+        except GeometryError:
+            continue
+        if eta(smoothed.bubbles.x, smoothed.triangles).max() <= allowed:
+            return smoothed
+    return net
 
 
 def _metrics(x: Floats, triangles: Integers, d: Floats, moving: Booleans, spacing: Spacing) -> tuple[Metrics, Metrics]:

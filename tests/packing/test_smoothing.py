@@ -198,7 +198,7 @@ def test_the_last_pass_betters_the_worst_triangles_more_than_others_would(seed):
     net = smoothed_net(seed)
     before, plain, last = (
         np.sort(radius_ratios(one.bubbles.x, one.triangles))
-        for one in (net, Smoothing()(net, DOMAIN, SPACING), Smoothing()(net, DOMAIN, SPACING, last=True))
+        for one in (net, Smoothing()(net, DOMAIN, SPACING), Smoothing().of_worst(net, DOMAIN, SPACING))
     )
     worst = slice(len(before) // 50)
     assert last[worst].mean() > max(before[worst].mean(), plain[worst].mean()) + 0.005
@@ -209,7 +209,7 @@ def test_the_last_pass_leaves_bubbles_alone_that_are_at_no_bad_triangle():
     net = smoothed_net()
     bad = np.unique(net.triangles[eta(net.bubbles.x, net.triangles) > WORSE])
     assert 0 < len(bad) < 0.6 * len(net.bubbles)
-    moved = Smoothing()(net, DOMAIN, SPACING, last=True)
+    moved = Smoothing().of_worst(net, DOMAIN, SPACING)
     others = np.delete(np.arange(len(net.bubbles)), bad)
     np.testing.assert_array_equal(moved.bubbles.x[others], net.bubbles.x[others])
     way = np.hypot(*(moved.bubbles.x - net.bubbles.x)[bad[bad >= net.bubbles.corners]].T)
@@ -218,14 +218,19 @@ def test_the_last_pass_leaves_bubbles_alone_that_are_at_no_bad_triangle():
 
 def test_the_last_pass_leaves_a_net_as_it_is_if_no_triangle_is_bad():
     domain, spacing, bubbles = packed_hexagon(5)
-    smoothed = Smoothing()(connect(bubbles, domain), domain, spacing, last=True)
+    smoothed = Smoothing().of_worst(connect(bubbles, domain), domain, spacing)
     np.testing.assert_array_equal(smoothed.bubbles.x, bubbles.x)
 
 
-@pytest.mark.parametrize("last", [False, True])
-def test_corners_stay_and_sliding_bubbles_stay_on_their_curve(last):
+def test_without_passes_there_is_no_last_one():
+    net = smoothed_net()
+    assert Smoothing(passes=0).of_worst(net, DOMAIN, SPACING) is net
+
+
+@pytest.mark.parametrize("smoothed", [Smoothing.__call__, Smoothing.of_worst])
+def test_corners_stay_and_sliding_bubbles_stay_on_their_curve(smoothed):
     net = relaxed_net()
-    before, after = net.bubbles, Smoothing()(net, DOMAIN, SPACING, last=last).bubbles
+    before, after = net.bubbles, smoothed(Smoothing(), net, DOMAIN, SPACING).bubbles
     assert (after.corners, after.boundary_count) == (before.corners, before.boundary_count)
     np.testing.assert_array_equal(after.x[: after.corners], DOMAIN.boundary.corners)
     np.testing.assert_array_equal(after.piece, before.piece)
