@@ -7,7 +7,7 @@ angle is much above 90 degrees.
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -29,23 +29,11 @@ POWER = 16
 
 
 class Leg(NamedTuple):
-    """A side of a pinch-out, with its sliding bubbles in order from the corner."""
+    """A side of a pinch-out."""
 
     piece: int
     forward: bool  # whether the piece starts at the corner, rather than ends there
     length: float
-    number: Integers = np.zeros(0, np.int64)  # (k,), of the bubbles
-    away: Floats = np.zeros(0)  # (k,): distances from the corner along the side
-    d: Floats = np.zeros(0)  # (k,): spacings
-    touched: Booleans = np.zeros(0, bool)  # (k,)
-
-    def with_bubbles(self, bubbles: Bubbles) -> "Leg":
-        """The side with those of some bubbles that are on it."""
-        mine = np.flatnonzero(bubbles.piece == self.piece)
-        away = self.turned(bubbles.s[mine])
-        order = np.argsort(away)
-        number = bubbles.corners + mine[order]
-        return self._replace(number=number, away=away[order], d=bubbles.d[number], touched=bubbles.touched[number])
 
     def turned(self, s: Floats) -> Floats:
         """Distances (m,) from the corner of arc lengths (m,) of the piece, and the other way round."""
@@ -56,19 +44,57 @@ class Leg(NamedTuple):
         piece, s = np.full(len(away), self.piece), self.turned(away)
         return domain.boundary.points(piece, s), piece, s
 
-    def narrow(self, domain: Domain, other: "Leg") -> int:
+
+class Occupied(NamedTuple):
+    """A side of a pinch-out with its sliding bubbles, in order from the corner."""
+
+    leg: Leg
+    number: Integers  # (k,), of the bubbles
+    away: Floats  # (k,): distances from the corner along the side
+    d: Floats  # (k,): spacings
+    touched: Booleans  # (k,)
+
+    @classmethod
+    def by(cls, bubbles: Bubbles, leg: Leg) -> Self:
+        """A side with those of some bubbles that are on it."""
+        mine = np.flatnonzero(bubbles.piece == leg.piece)
+        away = leg.turned(bubbles.s[mine])
+        order = np.argsort(away)
+        number = bubbles.corners + mine[order]
+        return cls(leg, number, away[order], bubbles.d[number], bubbles.touched[number])
+
+    def narrow(self, domain: Domain, other: Leg) -> int:
         """How many of the bubbles follow each other from the corner on that are near to the other side."""
         inside = self.away + BESIDE * self.d < other.length
         away, d = self.away[inside], self.d[inside]
-        width = np.hypot(*(self.places(domain, away)[0] - other.places(domain, away)[0]).T)
+        width = np.hypot(*(self.leg.places(domain, away)[0] - other.places(domain, away)[0]).T)
         return int(np.logical_and.accumulate(width < NARROW * d).sum())
 
-    def narrow_end(self, domain: Domain, spacing: Spacing, longer: "Leg") -> float | None:
+    def narrow_end(self, domain: Domain, spacing: Spacing, longer: Leg) -> float | None:
         """The spacing at the end of this side; None unless it is narrow up to there, and the other one is longer."""
-        end, opposite = (side.places(domain, np.array([self.length]))[0] for side in (self, longer))
+        length = self.leg.length
+        end, opposite = (leg.places(domain, np.array([length]))[0] for leg in (self.leg, longer))
         d, width = float(spacing(end)[0]), float(np.hypot(*(end - opposite)[0]))
         narrow = width < NARROW * d and self.narrow(domain, longer) == len(self.number)
-        return d if narrow and self.length + BESIDE * d < longer.length else None
+        return d if narrow and length + BESIDE * d < longer.length else None
+
+
+class Opposites(NamedTuple):
+    """What makes bubbles on both sides of a pinch-out opposite to each other."""
+
+    gone: Integers  # (k,): numbers of bubbles that go
+    new: tuple[tuple[Leg, Floats], ...]  # sides, and the distances (m,) from the corner of bubbles that come there
+    stay: Integers = np.zeros(0, np.int64)  # (l,): numbers of those that get others opposite to them
+
+    def put(self, bubbles: Bubbles, domain: Domain, spacing: Spacing) -> Bubbles:
+        """Bubbles with those that come, without those that go; those that come or stay are touched."""
+        touched = bubbles.touched.copy()
+        touched[self.stay] = True
+        bubbles = replace(bubbles, touched=touched).select(complement(len(bubbles), self.gone))
+        for leg, away in self.new:
+            x, piece, s = leg.places(domain, away)
+            bubbles = bubbles.append(x, spacing(x), piece, s)
+        return bubbles
 
 
 def with_opposite_nodes(net: Net, domain: Domain, spacing: Spacing, smoothing: NoSmoothing | Smoothing) -> Net:
@@ -80,8 +106,10 @@ def with_opposite_nodes(net: Net, domain: Domain, spacing: Spacing, smoothing: N
     if not found:
         return net
     bubbles = replace(net.bubbles, touched=np.zeros(len(net.bubbles), bool))
-    for one, other in found:
-        bubbles = _facing(bubbles, domain, spacing, one, other)
+    for both in found:
+        one, other = (Occupied.by(bubbles, leg) for leg in both)
+        opposites = _opposites(domain, spacing, one, other)
+        bubbles = bubbles if opposites is None else opposites.put(bubbles, domain, spacing)
     if not bubbles.touched.any():
         return net
     try:
@@ -103,53 +131,49 @@ def pinch_outs(domain: Domain) -> Iterator[tuple[Leg, Leg]]:
             yield one, other
 
 
-def _facing(bubbles: Bubbles, domain: Domain, spacing: Spacing, one: Leg, other: Leg) -> Bubbles:
-    """Bubbles with those on two sides at the same distances from the corner, and touched, as far as it is narrow there.
+def _opposites(domain: Domain, spacing: Spacing, one: Occupied, other: Occupied) -> Opposites | None:
+    """What makes bubbles on two sides opposite to each other as far as it is narrow there; None if nothing is to do.
 
-    Where some on one side are touched already, these stay. If they would have to go, nothing changes.
+    Where some on one side are touched already, these stay. If they would have to go, nothing is to do.
     """
-    mine, theirs = one.with_bubbles(bubbles), other.with_bubbles(bubbles)
-    shorter, longer = sorted((mine, theirs), key=lambda side: side.length)
-    d = shorter.narrow_end(domain, spacing, longer)
+    shorter, longer = sorted((one, other), key=lambda side: side.leg.length)
+    d = shorter.narrow_end(domain, spacing, longer.leg)
     if d is not None and not shorter.touched.any():
-        return _facing_to_end(bubbles, domain, spacing, shorter, longer, d)
-    if theirs.touched.any():
-        mine, theirs = theirs, mine
-    count = mine.narrow(domain, theirs)
-    if count == 0:
-        return bubbles
+        return _up_to_end(shorter, longer, d)
+    if other.touched.any():
+        one, other = other, one
+    count = one.narrow(domain, other.leg)
+    return _up_to(one, other, count) if count else None
+
+
+def _up_to(one: Occupied, other: Occupied, count: int) -> Opposites | None:
+    """Likewise for so many bubbles on one side."""
     narrow = slice(count)
-    beside = theirs.away < mine.away[count - 1] + BESIDE * mine.d[count - 1]
-    if theirs.touched[beside].any():
-        return bubbles
-    known = mine.touched[narrow].any()
-    away = mine.away[narrow] if known else _even(mine.away[narrow], mine.d[narrow])
-    gone = theirs.number[beside] if known else np.append(theirs.number[beside], mine.number[narrow])
-    touched = bubbles.touched.copy()
-    touched[mine.number[narrow]] = True
-    bubbles = replace(bubbles, touched=touched).select(complement(len(bubbles), gone))
-    for side in [theirs] if known else [mine, theirs]:
-        x, piece, s = side.places(domain, away)
-        bubbles = bubbles.append(x, spacing(x), piece, s)
-    return bubbles
+    away, d, number = one.away[narrow], one.d[narrow], one.number[narrow]
+    beside = other.away < away[-1] + BESIDE * d[-1]
+    gone = other.number[beside]
+    if other.touched[beside].any():
+        return None
+    if one.touched[narrow].any():
+        return Opposites(gone, ((other.leg, away),), stay=number)
+    away = _even(away, d)
+    return Opposites(np.append(gone, number), ((one.leg, away), (other.leg, away)))
 
 
-def _facing_to_end(bubbles: Bubbles, domain: Domain, spacing: Spacing, shorter: Leg, longer: Leg, d: float) -> Bubbles:
+def _up_to_end(shorter: Occupied, longer: Occupied, d: float) -> Opposites | None:
     """Likewise where it is narrow up to the end of the shorter side: a node is opposite to this corner, of spacing d.
 
-    Two pinch-outs may have this one in common, as at the crown of a lens. Where others are in the way, nothing changes.
+    Two pinch-outs may have this one in common, as at the crown of a lens. Where others are in the way, nothing is
+    to do.
     """
-    end, beside = shorter.length, BESIDE * d
+    end, beside = shorter.leg.length, BESIDE * d
     if longer.touched[longer.away <= end - beside].any():
-        return bubbles
+        return None
     at_end = longer.away < end + beside
     away = _even(np.append(shorter.away, end), np.append(shorter.d, d))
     gone = np.append(shorter.number, longer.number[at_end & ~longer.touched])
-    bubbles = bubbles.select(complement(len(bubbles), gone))
-    for side, places in (shorter, away[:-1]), (longer, away[:-1] if longer.touched[at_end].any() else away):
-        x, piece, s = side.places(domain, places)
-        bubbles = bubbles.append(x, spacing(x), piece, s)
-    return bubbles
+    opposite = away[:-1] if longer.touched[at_end].any() else away
+    return Opposites(gone, ((shorter.leg, away[:-1]), (longer.leg, opposite)))
 
 
 def _even(away: Floats, d: Floats) -> Floats:
