@@ -2,36 +2,28 @@
 
 import os
 import pickle
-import shutil
 import signal
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from importlib import import_module
-from pathlib import Path
 from queue import SimpleQueue
 from subprocess import PIPE, Popen
-from threading import Lock, Thread
-from typing import IO, NoReturn, TypeVar
+from threading import Lock
+from typing import IO, TypeVar
 
 from bubblemesh.errors import INTERRUPTED, BubblemeshError, FileError, LimitError
 from bubblemesh.files import temporary_folder
-from bubblemesh.process.resources import (
-    available_cores,
-    has_other_threads,
-    keep_freed_memory,
-    seldom_look_for_garbage,
-)
-from bubblemesh.workers.workers import Note, WorkerDied, Workers, travelling
+from bubblemesh.process.resources import available_cores, has_other_threads
+from bubblemesh.workers.frames import received, send
+from bubblemesh.workers.serving import THREADS, load, serve_as_copy, tell_parent
+from bubblemesh.workers.workers import WorkerDied, Workers
 
 T = TypeVar("T")
 
-LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "BLIS")
-THREADS = (*(f"{library}_NUM_THREADS" for library in LIBRARIES), "VECLIB_MAXIMUM_THREADS")
 # The first argument is the folder for temporary files, the others are where modules are found.
-PROGRAM = "import sys; sys.path[:] = sys.argv[2:]; from bubblemesh.workers.local import serve; serve(sys.argv[1])"
+PROGRAM = "import sys; sys.path[:] = sys.argv[2:]; from bubblemesh.workers.serving import serve; serve(sys.argv[1])"
 
 
 @contextmanager
@@ -89,7 +81,7 @@ class WorkerCopy:
             with _uninterrupted():
                 self.pid = os.fork()
                 if self.pid == 0:
-                    _serve_as_copy(calls, answers, staging)
+                    serve_as_copy(calls, answers, staging)
         except OSError:  # too many processes
             self.stdin.close()
             self.stdout.close()
@@ -182,8 +174,8 @@ class LocalWorkers(Workers):
         """Value of a call in an idle process; WorkerDied if that ends, else the errors of the function."""
         process = self._idle.get()
         try:
-            _send(process.stdin, (function, arguments))
-            while (answer := pickle.loads(_received(process.stdout)))[0] == "note":
+            send(process.stdin, (function, arguments))
+            while (answer := pickle.loads(received(process.stdout)))[0] == "note":
                 self.notes.put(answer[1])
         except (EOFError, OSError, MemoryError) as error:
             if isinstance(error, MemoryError):  # the unread rest of the answer would be taken for the next one
@@ -234,104 +226,3 @@ def _uninterrupted() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _send(stream: IO[bytes], value: object) -> None:
-    """Write a value as a message."""
-    _send_pickled(stream, pickle.dumps(value))
-
-
-def _send_pickled(stream: IO[bytes], content: bytes) -> None:
-    """Write a message after its length, so that the next one can be read even if this one cannot be unpickled."""
-    stream.write(len(content).to_bytes(8))
-    stream.write(content)
-    stream.flush()
-
-
-def _received(stream: IO[bytes]) -> bytes:
-    """The next message of `_send`, still pickled; EOFError if the stream ends before."""
-    content = stream.read(int.from_bytes(head := stream.read(8)))
-    if len(head) < 8 or len(content) < int.from_bytes(head):
-        raise EOFError
-    return content
-
-
-# Functions of the worker process
-
-to_parent: list[IO[bytes]] = []  # the stream of answers
-
-
-def _serve_as_copy(calls: int, answers: int, staging: str) -> NoReturn:
-    """Serve in a copy of the parent process by two descriptors of pipes; what else that has open is closed here."""
-    try:
-        # Both at once: where the parent has no standard streams, its pipes may have their numbers.
-        for pipe, standard in zip((os.dup(calls), os.dup(answers)), (0, 1), strict=True):
-            os.dup2(pipe, standard)
-        for entry in [*Path("/proc/self/fd").iterdir()]:
-            if (descriptor := int(entry.name)) > 2:
-                with suppress(OSError):  # that of the list itself
-                    os.close(descriptor)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        os.environ.update(dict.fromkeys(THREADS, "1"))
-        serve(staging)
-    finally:
-        os._exit(1)
-
-
-def serve(staging: str) -> None:
-    """Answer calls until the parent process ends; temporary files go to its folder ``staging``."""
-    seldom_look_for_garbage()
-    keep_freed_memory()
-    stream, calls = _taken(0, "rb"), SimpleQueue[bytes]()
-    to_parent.append(_taken(1, "wb"))
-    tempfile.tempdir = staging
-    listener = Thread(target=_listen, args=(stream, calls, staging), daemon=True)
-    listener.start()
-    with suppress(OSError):  # error: nobody reads answers any more
-        while True:
-            _send_pickled(to_parent[0], _answer(calls.get()))
-    listener.join()
-
-
-def load(module: str) -> None:
-    """Load a module."""
-    import_module(module)
-
-
-def _answer(call: bytes) -> bytes:
-    """Answer to a call, pickled; an answer that cannot be pickled becomes an error."""
-    try:
-        function, arguments = pickle.loads(call)
-        return pickle.dumps(("value", function(*arguments)))
-    except Exception as error:
-        return pickle.dumps(("error", travelling(error)))
-
-
-def _taken(descriptor: int, mode: str) -> IO[bytes]:
-    """A standard stream for this module alone: what other modules read from or write to it is dropped."""
-    stream = os.fdopen(os.dup(descriptor), mode)
-    _silence(descriptor)
-    return stream
-
-
-def _silence(descriptor: int) -> None:
-    nowhere = os.open(os.devnull, os.O_RDWR)
-    os.dup2(nowhere, descriptor)
-    os.close(nowhere)
-
-
-def _listen(stream: IO[bytes], calls: "SimpleQueue[bytes]", staging: str) -> None:
-    """Pass calls on; when the parent has ended, even by a crash, remove temporary files and end the process."""
-    try:
-        while True:
-            calls.put(_received(stream))
-    except (EOFError, OSError):
-        _silence(2)  # nobody reads errors any more
-        shutil.rmtree(staging, ignore_errors=True)
-    finally:
-        os._exit(1)  # the parent replaces this process, if it was out of memory
-
-
-def tell_parent(note: Note) -> None:
-    """Send a note to the process that has started this one."""
-    _send(to_parent[0], ("note", note))

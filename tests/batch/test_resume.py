@@ -391,7 +391,7 @@ def workers_of(process):
     return [
         int(pid)
         for pid in children.read_text().split()
-        if b"workers.local" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        if b"workers.serving" in Path(f"/proc/{pid}/cmdline").read_bytes()
     ]
 
 
