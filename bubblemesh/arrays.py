@@ -16,6 +16,7 @@ Numbers = TypeVar("Numbers", Floats, Integers)
 Columns = TypeVar("Columns", bound=NamedTuple)  # a record of arrays of the same length
 
 ROUNDING = 1e-9  # relative: values that differ by less are the same but for rounding
+TINY = float(np.finfo(float).tiny)  # what is divided by in place of 0
 LARGEST_NUMBER = 1e70  # of coordinates and lengths: their fourth powers, which predicates take, must stay finite
 SMALLEST_EXTENT = 1e-70  # of a domain or a mesh: its fourth power is still a number
 GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)  # places of the two-point Gauss rule on [0, 1], of equal weights

@@ -213,6 +213,15 @@ def test_no_two_classes_have_the_same_name():
     assert {name: places for name, places in homes.items() if len(places) > 1} == {}
 
 
+def test_two_constants_of_one_name_in_one_room_have_one_value():
+    """A reader who knows one of them would take the other for it."""
+    homes = {}
+    for path in MODULES:
+        for name, number in found_in(path).numbers.items():
+            homes.setdefault((path.parent.relative_to(PACKAGE).as_posix(), name), {})[path.name] = number
+    assert {key: values for key, values in homes.items() if len({*values.values()}) > 1} == {}
+
+
 def test_no_test_imports_another_one():
     """What several of them need has a module of its own beside them; scripts within texts count, too."""
     for path in (ROOT / "tests").rglob("*.py"):

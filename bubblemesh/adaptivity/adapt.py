@@ -18,7 +18,7 @@ from bubblemesh.adaptivity.sizes import (
 )
 from bubblemesh.adaptivity.solution import Solution, require_coverage
 from bubblemesh.adaptivity.target import REACHED, Target, missed_error
-from bubblemesh.arrays import complement
+from bubblemesh.arrays import TINY, complement
 from bubblemesh.case import Case
 from bubblemesh.errors import CaseError, at_key, coarsened_by, prefixed
 from bubblemesh.geometry.domain import Domain
@@ -41,7 +41,6 @@ DEFAULT_GROWTH = 0.3  # of the sizes per length, if the case does not say
 FEWEST_KEPT = 0.2  # part of the present nodes below which the method's own start is the better one
 SAME = 0.1  # relative change of sizes that is not made: estimates of single triangles are no more exact
 AIM = 0.99  # of a wanted error: meshes have up to about that much more than is expected of their sizes
-TINY = float(np.finfo(float).tiny)
 
 
 def adapted(

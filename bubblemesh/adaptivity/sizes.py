@@ -3,7 +3,7 @@
 import numpy as np
 
 from bubblemesh.adaptivity.estimate import Estimate
-from bubblemesh.arrays import Floats, Integers
+from bubblemesh.arrays import TINY, Floats, Integers
 from bubblemesh.meshes.edges import unique_edges
 from bubblemesh.meshes.quality import signed_areas
 
@@ -11,7 +11,6 @@ FINER, COARSER = 1 / 16, 2.0  # of the present size in one go: an estimate says 
 TRIANGLES_PER_NODE = 2
 NEGLIGIBLE_ERROR = 1e-12  # relative error, which may be rounding alone
 SMOOTHINGS = 5
-TINY = np.finfo(float).tiny
 
 
 def equivalent_sizes(points: Floats, triangles: Integers) -> Floats:

@@ -8,13 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import ROUNDING, Booleans, Floats, Integers, each_once
-from bubblemesh.geometry.curves import Family, Lines
+from bubblemesh.geometry.curves import FEWEST_CHORDS, Family, Lines
 from bubblemesh.geometry.paths import CurveSection, OpenPath, Point, Ring, WholeCurve, family
 from bubblemesh.geometry.tracks import CurveNodes, Tracks, along_curves, points_of, tangents_of
 from bubblemesh.records import record
 
 COLUMNS = ("kind", "index", "offset", "lengths", "start", "end", "label", "ring", "left", "right", "named", "turned")
-FEWEST_CHORDS = 8  # of a part of a curve
 
 
 class Chords(NamedTuple):

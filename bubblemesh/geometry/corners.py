@@ -10,6 +10,7 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.curves import turning
 from bubblemesh.messages import place
 
+PINCH_OUT = 5.0  # degrees: in sharper corners nodes on both sides have to be opposite to each other
 GLANCE = 1e-3  # of a chord's length: distance from a corner at which curves with a common tangent are compared
 
 

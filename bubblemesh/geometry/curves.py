@@ -11,16 +11,15 @@ from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, Integers, members, side_by_side, taken
+from bubblemesh.arrays import TINY, Floats, Integers, members, side_by_side, taken
 from bubblemesh.geometry.cubic_splines import CubicSpline
 from bubblemesh.records import record
 
 CHORDS_PER_TURN = 256
-FEWEST_CHORDS = 8  # of an arc
+FEWEST_CHORDS = 8  # of an arc, or a part of another curve
 LEAST_CHORDS = 64  # of any other curve
 KNOT_PANELS = 64  # of the arc length table between two knots of a spline
 LARGEST_ASPECT = 256  # of an ellipse, up to which its table resolves the ends
-TINY = np.finfo(float).tiny
 # Gauss and Legendre's rule of 5 nodes on [-1, 1], as NumPy's `leggauss` gives it.
 GAUSS_NODES = np.array([-0.906179845938664, -0.5384693101056831, 0.0, 0.5384693101056831, 0.906179845938664])
 GAUSS_WEIGHTS = np.array(

@@ -18,7 +18,8 @@ from bubblemesh.geometry.paths import Area, Curve, Line, OpenPath, Point, Polyli
 from bubblemesh.messages import place
 from bubblemesh.records import record
 
-SAMPLES = 8  # of a spline between two of its points, to see how far it departs from the polyline
+SEVERAL = 24  # edges or vertices of files, from which on it is advised to follow curves
+SPLINE_SAMPLES = 8  # of a spline between two of its points, to see how far it departs from the polyline
 
 
 @record
@@ -119,7 +120,7 @@ class Following:
         # Both the polyline and what the nodes slide on stay in a tube around the chords of the kept vertices.
         dense, stride = points, 1
         if spline is not None:
-            stride = SAMPLES
+            stride = SPLINE_SAMPLES
             dense = spline.points(np.interp(np.arange(stride * last + 1) / stride, np.arange(last + 1), spline.breaks))
             self._require_near(points, dense)
         kept = _simplified(dense, stride, self.tolerance / 2)
@@ -127,7 +128,7 @@ class Following:
 
     def _require_near(self, points: Floats, dense: Floats) -> None:
         """Check that the spline does not bulge between its points by more than the tolerance allows."""
-        between = dense[:-1].reshape(-1, SAMPLES, 2)
+        between = dense[:-1].reshape(-1, SPLINE_SAMPLES, 2)
         away = _from_chord(between, points[:-1, None], points[1:, None]).max(axis=1)
         if self.tolerance is not None and away.max() > self.tolerance / 2:
             raise GeometryError(

@@ -8,7 +8,7 @@ import shapely
 from bubblemesh.geometry.nesting import Shapes, made_valid, polygons_of
 
 FLAT_STRIP = 1e-6  # of a gap's square: strips of less area are due to rounding
-LONG = 10  # least length, in gaps, of a strip that begins where its areas touch in a point
+LONG_STRIP = 10  # least length, in gaps, of a strip that begins where its areas touch in a point
 AROUND = 8  # times its reach: distance of a strip from points where others touch, more than its corners need
 
 
@@ -61,4 +61,4 @@ def _is_between(strip: shapely.Polygon, a: shapely.Polygon, b: shapely.Polygon, 
     length = np.hypot(*np.diff(points, axis=0).T)
     to_a, to_b = shapely.distance(middle, a), shapely.distance(middle, b)
     facing = [length[(one <= near) & (other <= gap)].sum() for one, other in ((to_a, to_b), (to_b, to_a))]
-    return min(facing) > LONG * gap
+    return min(facing) > LONG_STRIP * gap

@@ -35,7 +35,7 @@ from bubblemesh.records import record
 GAP = 1e-4  # of the size of all areas: widest gap that is closed unless another one is given
 THIN = 1e-6  # of that size: vertices nearer to each other, and parts that are thinner, are left by cuts only
 OVERLAP = 1e-9  # of that size: so far a strip that closes a gap reaches into what is beside it
-STRAIGHT = 100  # times that length: a vertex so near to the line between its neighbours is due to such a strip
+OFF_LINE = 100  # times that length: a vertex so near to the line between its neighbours is due to such a strip
 
 
 @record
@@ -287,7 +287,7 @@ def _smoothed(points: Floats, loose: Booleans, gap: float, work: Work) -> Floats
         off = np.hypot(*(points - before - shares_before(points, before, after)[:, None] * (after - before)).T)
         to_next = np.hypot(*(after - points).T)
         to_last = np.roll(to_next, 1)
-        straight = (off <= STRAIGHT * OVERLAP * work.size) & (labels == np.roll(labels, 1))
+        straight = (off <= OFF_LINE * OVERLAP * work.size) & (labels == np.roll(labels, 1))
         short = (np.minimum(to_next, to_last) <= gap) & (off <= gap)
         spare = loose & (straight | short)
         if not spare.any():

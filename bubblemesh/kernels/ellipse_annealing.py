@@ -6,8 +6,8 @@ import numpy as np
 
 from bubblemesh.arrays import Floats, Integers
 from bubblemesh.kernels.annealing import Cycles
-from bubblemesh.kernels.ellipse_flips import FLATTEST, MOST_PASSES, SURE
-from bubblemesh.kernels.ellipse_motion import KEEP, MOST_MOVE, SHORTEST
+from bubblemesh.kernels.ellipse_flips import FLATTEST_FLIP, MOST_FLIP_PASSES, SURE
+from bubblemesh.kernels.ellipse_motion import KEEP, MOST_MOVE, SHORTEST_EDGE
 from bubblemesh.kernels.library import call
 from bubblemesh.kernels.linking import room_of_edges, shortened
 from bubblemesh.kernels.relaxing import CUTOFF
@@ -67,10 +67,10 @@ def annealed(
         cutoff=CUTOFF,
         most=MOST_MOVE,
         keep=KEEP,
-        shortest=SHORTEST,
-        passes=MOST_PASSES,
+        shortest=SHORTEST_EDGE,
+        passes=MOST_FLIP_PASSES,
         sure=SURE,
-        flattest=FLATTEST,
+        flattest=FLATTEST_FLIP,
         edges=edges,
         count=count,
     )

@@ -10,9 +10,9 @@ from bubblemesh.kernels.library import call, or_numpy
 from bubblemesh.kernels.linking import room_of_edges, shortened
 from bubblemesh.kernels.tensors import mapped, roots
 
-MOST_PASSES = 60
+MOST_FLIP_PASSES = 60
 SURE = 1e-9  # of the terms of the circle test: what is nearer to 0 is rounding
-FLATTEST = 1e-3  # area of a triangle that a flip makes, in terms of both
+FLATTEST_FLIP = 1e-3  # area of a triangle that a flip makes, in terms of both
 
 
 def flipped_in_numpy(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tuple[Integers, Integers]:
@@ -20,7 +20,7 @@ def flipped_in_numpy(triangles: Integers, x: Floats, m: Floats, facets: Integers
     triangles, n, t = triangles.copy(), len(x), len(triangles)
     ends = np.concatenate([facets, facets[:, ::-1]])
     held = np.sort(ends[:, 0] * n + ends[:, 1])
-    for left in range(MOST_PASSES, -1, -1):
+    for left in range(MOST_FLIP_PASSES, -1, -1):
         sides = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         keys = sides[:, 0] * n + sides[:, 1]
         order = np.argsort(keys)
@@ -62,9 +62,9 @@ def flipped(triangles: Integers, x: Floats, m: Floats, facets: Integers) -> tupl
         m=np.ascontiguousarray(m),
         f=len(facets),
         facets=np.ascontiguousarray(facets),
-        passes=MOST_PASSES,
+        passes=MOST_FLIP_PASSES,
         sure=SURE,
-        flattest=FLATTEST,
+        flattest=FLATTEST_FLIP,
         edges=edges,
         count=count,
     )
@@ -79,4 +79,4 @@ def _wrong(x: Floats, m: Floats, a: Integers, b: Integers, c: Integers, e: Integ
     aa, bb, cc = ax * ax + ay * ay, bx * bx + by * by, cx * cx + cy * cy
     value, whole = aa * bc + bb * ca + cc * ab, np.abs(ca) + np.abs(bc)
     scale = aa * np.abs(bc) + bb * np.abs(ca) + cc * np.abs(ab)
-    return (value > SURE * scale) & (ca > FLATTEST * whole) & (bc > FLATTEST * whole)
+    return (value > SURE * scale) & (ca > FLATTEST_FLIP * whole) & (bc > FLATTEST_FLIP * whole)

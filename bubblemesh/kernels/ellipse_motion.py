@@ -12,7 +12,7 @@ from bubblemesh.kernels.tensors import lengths, mean_lengths
 
 HALVINGS, MOST_TRIES = 4, 40  # of steps that would invert triangles, as in the C file
 KEEP = 0.1  # of its area that each triangle keeps in a step
-SHORTEST = 1e-9  # edge
+SHORTEST_EDGE = 1e-9  # edge
 MOST_MOVE = 0.5  # in a step
 
 
@@ -62,7 +62,7 @@ def relaxed_in_numpy(
     x, v, speeds, n, (i, j) = x.copy(), np.zeros_like(x), np.empty(steps), len(x), edges.T
     for step in range(steps):
         along = x[j] - x[i]
-        first, last = (np.maximum(lengths(m[k], along), SHORTEST) for k in (i, j))
+        first, last = (np.maximum(lengths(m[k], along), SHORTEST_EDGE) for k in (i, j))
         length = mean_lengths(first, last)
         force = pair_force(length) / length
         pulls = [np.bincount(j, force * part, n) - np.bincount(i, force * part, n) for part in along.T]
@@ -101,7 +101,7 @@ def relaxed(
         cutoff=CUTOFF,
         most=MOST_MOVE,
         keep=KEEP,
-        shortest=SHORTEST,
+        shortest=SHORTEST_EDGE,
         speeds=speeds,
     )
     return places, speeds

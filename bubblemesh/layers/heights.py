@@ -10,7 +10,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 FEWEST_LAYERS = 3  # layers, if so many are asked for: where there is no room for them they are compressed
 LEAST = 0.02  # factor of compressed layers; below it there are none
-WIDEST = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
+WIDEST_APART = 2.0  # distance of columns in terms of the spacing, or of their feet if that is more
 PASSES = 1000
 PASSING = 1 / 3  # of the spacing at its own place: from a last layer of this height on sizes pass to the triangles
 AT_ONCE = 8  # layers of all columns for which the spacing is asked at once
@@ -114,7 +114,7 @@ def most_layers(columns: Columns, spacing: Spacing) -> Most:
             spaced[going[~low]] = most[going[~low]]
             near = going[height >= PASSING * d]
             passing[near] = np.minimum(passing[near], layer + 1)
-            fits = low & (widest <= WIDEST * np.maximum(d, at_foot[going]) * (1 + HEIGHT_ROUNDING))
+            fits = low & (widest <= WIDEST_APART * np.maximum(d, at_foot[going]) * (1 + HEIGHT_ROUNDING))
             going, here = going[fits], here[fits]
             if not len(going):
                 break

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers
+from bubblemesh.arrays import TINY, Booleans, Floats, Integers
 from bubblemesh.layers.heights import gradual, layers_within
 from bubblemesh.layers.pinches import SHORT
 from bubblemesh.layers.room import limited_slopes
@@ -13,7 +13,6 @@ from bubblemesh.layers.strips import Strips
 from bubblemesh.messages import counted, place
 from bubblemesh.records import record
 
-TINY = np.finfo(float).tiny
 LOW = 0.5  # of the height that is asked for
 SHORTEST = 5  # places that the report lists
 LOW_COLUMNS = "{share:.2%} of the columns are less than half as high as asked for, the lowest of these with {lowest}"

@@ -25,7 +25,7 @@ SHORT = 3.0  # edges, in terms of the first layer: on longer ones some layers ar
 ROUND = 1.3  # first layers: fillets of a smaller radius are as corners
 LEAST_TURN = np.radians(10)  # of the wall at such a bend
 FARTHEST = 5.0  # lengths of a bend to where the walls beside it would meet
-LOW = 3.0  # first layers: columns that meet below are one
+LOW_MEETING = 3.0  # first layers: columns that meet below are one
 CLEAR = 0.2  # of a layer: least height of its top above the edges of a bend
 LEAST_SLOPE = 1e-6  # of edges across a wall: on flatter ones no way along the wall leads to above them
 CLEAR_OF_STEP = 0.5  # the same above a step: nearer to the line of an edge that faces aside a triangle on it is flat
@@ -144,7 +144,7 @@ def parting(columns: Columns, walls: Walls) -> Booleans:
 def _meeting_soon(columns: Columns, edges: ShortEdges, free: Booleans) -> Booleans:
     """Mask (p,) of the pairs on short edges whose columns meet soon, and on fillets whose columns meet at all."""
     short, on_fillet, nearer, first = edges
-    soon = (columns.bare_widths < LOW * nearer * first) | on_fillet
+    soon = (columns.bare_widths < LOW_MEETING * nearer * first) | on_fillet
     return np.asarray(short & free[columns.pair].all(axis=1) & (nearer > 0) & soon)
 
 
@@ -290,7 +290,7 @@ def _joining_layer(columns: Columns, inside: Booleans, corner: Floats, up: Float
         width = ((end - begin) * along).sum(axis=1)
         if later and (width.min() <= 0 or width.mean() < SLENDER * heights[layer - 1]):
             return None
-        soon = not later or width.mean() < LOW * nearer.mean() * heights[layer]
+        soon = not later or width.mean() < LOW_MEETING * nearer.mean() * heights[layer]
         left = turned_left(end - begin)
         above = ((corner + tops[layer + 1] * up - begin) * left).sum(axis=1) / np.hypot(*left.T)
         if soon and (above >= CLEAR * heights[layer]).all():

@@ -15,7 +15,7 @@ ALONE = 0.5, 0.8  # the same to a wall without
 ALONG = 0.45  # of a piece that a column follows
 STEEPEST = 0.6  # change of the height along the wall
 REACH = 2.5  # thicknesses that are looked at
-PASSES = 500
+ROOM_PASSES = 500
 
 
 def room(columns: Columns, walls: Walls, obstacles: Obstacles, most: Integers) -> Floats:
@@ -36,7 +36,7 @@ def limited_slopes(columns: Columns, height: Floats) -> Floats:
     """Heights (c,) that change by no more than a stated slope along the wall, but for where layers end."""
     (i, j), step = columns.pair.T, STEEPEST * columns.bare_widths
     bound = ~columns.ends
-    for _ in range(PASSES):
+    for _ in range(ROOM_PASSES):
         lower = height.copy()
         for a, b in ((i, j), (j, i)):
             np.minimum.at(lower, a, np.where(bound[b], height[b] + step, np.inf))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bubblemesh.arrays import Booleans, Floats, Integers, members
+from bubblemesh.arrays import TINY, Booleans, Floats, Integers, members
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.heights import Heights, column_nodes, gradual, reached
 from bubblemesh.layers.walls import Walls
@@ -15,7 +15,6 @@ from bubblemesh.spacing.rules.sources import Sources
 
 WIDEST_HALVED = np.radians(145)  # largest angle of a triangle that is halved
 FLAT_CORNER = np.radians(170)  # largest angle of a quadrilateral that is one in files
-TINY = np.finfo(float).tiny
 LOW_FAN = 0.2  # of the spacing at its foot: shorter edges of a fan's front have the edges of the wall grow from there
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from bubblemesh.arrays import GAUSS, Floats, Integers, cross, members
 
 MOST = 64  # parts along each side of a triangle's third
-AT_A_TIME = 1 << 20  # places
+PLACES_AT_A_TIME = 1 << 20  # places
 
 Function = Callable[[Floats, Floats], Floats]  # values (m,) at x (m,) and y (m,)
 
@@ -31,7 +31,7 @@ def cell_means(points: Floats, triangles: Integers, function: Function, across: 
     total, area = np.zeros(len(points)), np.zeros(len(points))
     for count in np.unique(parts).tolist():
         mine = np.flatnonzero(parts == count)
-        for some in np.array_split(mine, -(-len(mine) * 4 * count**2 // AT_A_TIME)):
+        for some in np.array_split(mine, -(-len(mine) * 4 * count**2 // PLACES_AT_A_TIME)):
             places, weights = _quadrature(thirds[some], count)
             x, y = np.moveaxis(places, 2, 0)
             values = np.broadcast_to(np.asarray(function(x.ravel(), y.ravel()), float), x.size).reshape(x.shape)

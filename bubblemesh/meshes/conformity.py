@@ -11,7 +11,7 @@ from bubblemesh.meshes.quality import Measures
 from bubblemesh.messages import place
 
 AREA_TOLERANCE = 1e-12
-ROUNDING = 1e-15  # of the squared extent, which may be far more than the area of a thin domain
+AREA_ROUNDING = 1e-15  # of the squared extent, which may be far more than the area of a thin domain
 
 
 def area_error(mesh: Mesh, measures: Measures | None = None) -> float:
@@ -54,7 +54,7 @@ def require_conforming(mesh: Mesh, measures: Measures | None = None) -> None:
 
 def require_area(points: Floats, area: float, error: float) -> None:
     """Check that the area of triangles with all these points (n, 2) is off by rounding only."""
-    rounding = ROUNDING * extent(points) ** 2 / area
+    rounding = AREA_ROUNDING * extent(points) ** 2 / area
     if abs(error) > AREA_TOLERANCE + rounding:
         raise _fault(f"the area is off by {error:.1e}", points[0])
 

@@ -9,7 +9,7 @@ import numpy as np
 from bubblemesh.arrays import Floats, Integers, different_rows, extent
 from bubblemesh.messages import coordinate, place
 
-ROUNDING = 1e-9  # of the way between counterparts: a component of the shift below this share of it counts as 0
+SHIFT_ROUNDING = 1e-9  # of the way between counterparts: a component of the shift below this share of it counts as 0
 MATCH = 1e-8  # of the mesh's size; domains allow periodic sides a tenth of that
 DIGITS = 12  # of an angle in degrees after the point: the others are rounding
 BETTER = 0.01  # of the distance that a shift leaves: what a turn may leave in place of it
@@ -65,7 +65,7 @@ def motion_data(motion: Floats, sign: int = 1) -> dict[str, Any]:
 def side_motion(side: str, other: str, motion: Floats, size: float) -> dict[str, Any]:
     """Row of a report on the motion (2, 3) of a side to another one, in a domain of a size; rounding errors are 0."""
     data = motion_data(motion)
-    rounded = {key: _rounded(np.array(data[key]), ROUNDING * size).tolist() for key in data if key != "angle"}
+    rounded = {key: _rounded(np.array(data[key]), SHIFT_ROUNDING * size).tolist() for key in data if key != "angle"}
     return {"side": side, "with": other, **data, **rounded}
 
 
@@ -133,7 +133,7 @@ def _matching(points: Floats, first: int, second: int, pairs: Integers, toleranc
     there[:, :2] = there[:, 1::-1]
     nodes, _ = different_rows(np.column_stack([here.ravel(), there.ravel()]))
     way = points[nodes[:, 1]] - points[nodes[:, 0]]
-    small = ROUNDING * np.abs(way).max()
+    small = SHIFT_ROUNDING * np.abs(way).max()
     if tuple(_rounded(way.mean(axis=0), small)) <= (0, 0):
         # All pairs have the same direction, so that chains of counterparts, as at the corners of a hexagon, end.
         first, second, nodes = second, first, nodes[:, ::-1]

@@ -18,7 +18,7 @@ TARGET_SPACING = "target_spacing"  # name of the target spacing of triangles in 
 LAYER = "layer"  # name of the field with the number of the boundary layer of each triangle, 0 outside of layers
 WORST = 5  # triangles that a report names
 RIGHT = 90 + 1e-9  # degrees, above which an angle is obtuse, and not a right one but for rounding
-AT_A_TIME = 1 << 16  # triangles in a block, as arrays for all of them would take much memory
+TRIANGLES_AT_A_TIME = 1 << 16  # triangles in a block, as arrays for all of them would take much memory
 
 SpacingBetween = Callable[[Floats, Integers], Floats]  # of points (n, 2): the spacing (m,) at centroids of rows (m, k)
 
@@ -110,7 +110,7 @@ class Measures:
 
     def _angles_in_blocks(self) -> Iterator[Floats]:
         """Angles (b, 3) in degrees of blocks of triangles, in order."""
-        parts = (slice(k, k + AT_A_TIME) for k in range(0, len(self.triangles), AT_A_TIME))
+        parts = (slice(k, k + TRIANGLES_AT_A_TIME) for k in range(0, len(self.triangles), TRIANGLES_AT_A_TIME))
         return (_angles(*(side[part] for side in self.sides)) for part in parts)
 
 
@@ -181,8 +181,8 @@ def spacing_fit(points: Floats, edges: Integers, target: Floats) -> SpacingFit:
 def edge_ratios(points: Floats, edges: Integers, target: Floats) -> Floats:
     """Length of each edge (e, 2) over the target spacing (e,) there."""
     lengths = np.empty(len(edges))
-    for begin in range(0, len(edges), AT_A_TIME):
-        part = slice(begin, begin + AT_A_TIME)
+    for begin in range(0, len(edges), TRIANGLES_AT_A_TIME):
+        part = slice(begin, begin + TRIANGLES_AT_A_TIME)
         ends = taken(points, edges[part])
         lengths[part] = _lengths(ends[:, 1] - ends[:, 0])
     return lengths / target

@@ -8,7 +8,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, extent
 from bubblemesh.errors import FileError
 from bubblemesh.meshes.edge_nodes import folded_quads, folded_triangles
-from bubblemesh.meshes.quality import AT_A_TIME, doubled_areas
+from bubblemesh.meshes.quality import TRIANGLES_AT_A_TIME, doubled_areas
 from bubblemesh.meshfiles.sources.source import Block
 from bubblemesh.messages import place
 
@@ -49,8 +49,8 @@ def curved_notes(points: Floats, blocks: Sequence[Block]) -> tuple[str, ...]:
             continue
         if block.data.min() < 0 or block.data.max() >= len(points):
             raise FileError("a curved cell has a node that is not there: the file is damaged")
-        for begin in range(0, len(block.data), AT_A_TIME):
-            cells = np.asarray(points, float)[block.data[begin : begin + AT_A_TIME].astype(np.int64), :2]
+        for begin in range(0, len(block.data), TRIANGLES_AT_A_TIME):
+            cells = np.asarray(points, float)[block.data[begin : begin + TRIANGLES_AT_A_TIME].astype(np.int64), :2]
             folded = np.flatnonzero(_folded(KINDS[block.type], cells))
             count += len(folded)
             first = cells[folded[0]].mean(axis=0) if first is None and len(folded) else first

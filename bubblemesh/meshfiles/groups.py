@@ -22,6 +22,7 @@ LABELS_FILE = ".labels.json"
 NOTHING_KEPT: Mapping[str, Mapping[str, str]] = {}
 PARTITION, NODE_OWNER = "partition", "owner"  # data of triangles and of nodes: the part that has each
 GLOBAL_NODE, GLOBAL_CELL = "GlobalNodeId", "GlobalElementId"  # data of pieces: numbers in the whole mesh
+ALL_NODES, ALL_ELEMENTS = "NALL", "EALL"  # sets in files for CalculiX, of this package and of its own mesher
 ENDS = "periodic-ends"  # name of the points where periodic sides meet others
 LARGEST_TAG = 2**53  # above, floating-point numbers do not hold all integers
 LONGEST_WORD = 60  # characters of a plain word; CalculiX and Abaqus allow 80

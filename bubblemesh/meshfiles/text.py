@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bubblemesh.arrays import Floats
 from bubblemesh.messages import printable
 
-CHUNK = 50_000  # lines formatted at once
+LINES_AT_ONCE = 50_000  # lines formatted at once
 LONGEST_LINE, INDENT = 96, 2  # characters of readable JSON
 FORMULA = re.compile(r"[=@+-](?!(?<=[+-])[0-9.]+([eE][+-]?[0-9]+)?$)")  # beginning of a formula, not of a number
 HISTORY_FILES = (".rounds.csv", ".history.csv")
@@ -33,8 +33,8 @@ def lines(form: str, *columns: NDArray[Any]) -> Iterator[str]:
 
     The form is one line for ``%``, without its end; ``%r`` makes the shortest text that reads back as the same number.
     """
-    for start in range(0, len(columns[0]), CHUNK):
-        chunks = (column[start : start + CHUNK] for column in columns)
+    for start in range(0, len(columns[0]), LINES_AT_ONCE):
+        chunks = (column[start : start + LINES_AT_ONCE] for column in columns)
         parts = [part for chunk in chunks for part in ([chunk] if chunk.ndim == 1 else chunk.T)]
         rows, width = len(parts[0]), len(parts)
         flat = [None] * (rows * width)

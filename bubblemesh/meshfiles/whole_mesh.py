@@ -13,12 +13,11 @@ from bubblemesh.meshes.metric import ENTRIES
 from bubblemesh.meshes.periodic import misfit, rigid_motion
 from bubblemesh.meshes.quality import signed_areas
 from bubblemesh.meshfiles.faults import faults
-from bubblemesh.meshfiles.groups import with_ids_as_read
+from bubblemesh.meshfiles.groups import ALL_NODES, with_ids_as_read
 from bubblemesh.meshfiles.metric import metric_of
 from bubblemesh.meshfiles.read import left_out_notes, read_mesh
 from bubblemesh.messages import shown
 
-ALL_NODES = "NALL"  # set of files for CalculiX
 BOUNDARY = "boundary"  # label of boundary edges that have none
 MOVED = 1e-6  # of the extent: tolerance for nodes of periodic sides and their counterparts, moved
 # Names in formats of coasts of data at nodes that give a depth, with factors: depth, or the height of the bed.

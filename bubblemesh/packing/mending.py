@@ -24,7 +24,7 @@ from bubblemesh.spacing.spacing import Spacing
 AT_MOST, SHARE_AT_MOST = 16, 0.001  # triangles around which a part is mended: so many, or of so many bubbles
 DISPLACED = 1  # rings around a triangle
 MOVING = 3  # rings around a triangle, the displaced ones among them
-AROUND = 6  # rings around a triangle; a patch needs no look beyond
+AROUND_BAD = 6  # rings around a triangle; a patch needs no look beyond
 PASSES = 2
 MORE, MOVED = 2, 0.1  # times as many attempts at most, as long as they move so few of all bubbles that they cost little
 SQUARINGS = 6  # of the shape measure, for its 64th power
@@ -87,7 +87,7 @@ class Mending(MendingAttempts):
         bad = self._bad(net)[: max(AT_MOST, int(SHARE_AT_MOST * len(net.bubbles)))]
         if len(bad) == 0 or smoothing.shape_steps == 0:
             return net
-        around = net.within(net.triangles[bad], AROUND)
+        around = net.within(net.triangles[bad], AROUND_BAD)
         numbers, part = net.part(around)
         mended, patches, moved = part, self._patches(part), 0
         for attempt in range(MORE * self.attempts):

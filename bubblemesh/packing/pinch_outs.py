@@ -13,6 +13,7 @@ import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, complement
 from bubblemesh.errors import GeometryError
+from bubblemesh.geometry.corners import PINCH_OUT
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.quality import angles
 from bubblemesh.packing.bubbles import Bubbles
@@ -20,11 +21,10 @@ from bubblemesh.packing.net import Net, connect_inside
 from bubblemesh.packing.smoothing import NoSmoothing, Smoothing
 from bubblemesh.spacing.spacing import Spacing
 
-SHARPEST = 5.0  # degrees, below which corners are pinch-outs
 NARROW = 0.5  # spacings between two sides, below which nodes in each other's gaps have angles above 90 degrees
 BESIDE = 0.5  # spacings: distance that other nodes have from the last of those that are opposite to each other
-AROUND = 4  # rings of nodes around these that are smoothed
-PASSES = 3
+AROUND_OPPOSITE = 4  # rings of nodes around these that are smoothed
+SMOOTHING_PASSES = 3
 POWER = 16
 
 
@@ -122,7 +122,7 @@ def with_opposite_nodes(net: Net, domain: Domain, spacing: Spacing, smoothing: N
 def pinch_outs(domain: Domain) -> Iterator[tuple[Leg, Leg]]:
     """Both sides of each pinch-out, but for those whose nodes are held or match those of periodic sides."""
     fans, lengths = domain.corner_fans, domain.boundary.lengths
-    sharp = fans.within(domain.boundary) & (np.degrees(fans.angle_to(fans.following)) < SHARPEST)
+    sharp = fans.within(domain.boundary) & (np.degrees(fans.angle_to(fans.following)) < PINCH_OUT)
     for row in np.flatnonzero(sharp).tolist():
         both = [row, int(fans.following[row])]
         piece = fans.piece[both]
@@ -186,9 +186,9 @@ def _even(away: Floats, d: Floats) -> Floats:
 
 def _smoothed(net: Net, domain: Domain, spacing: Spacing, smoothing: NoSmoothing | Smoothing) -> Net:
     """The net with bubbles around those that are touched, which stay, moved to better shapes."""
-    for _ in range(PASSES):
+    for _ in range(SMOOTHING_PASSES):
         stay = net.bubbles.touched
-        free = net.within(np.flatnonzero(stay), AROUND) & ~stay
+        free = net.within(np.flatnonzero(stay), AROUND_OPPOSITE) & ~stay
         free[: net.bubbles.corners] = False
         net = connect_inside(smoothing.moved(net, domain, free), domain, spacing, net)
     return net

@@ -30,8 +30,8 @@ FEWEST_NEIGHBOURS = 4
 MANY_NEIGHBOURS = 8
 FEWEST_ON_A_WALL = 3  # of a bubble on a straight wall, that is two triangles with right angles
 CLOSE_ON_A_WALL = 0.92  # spacings
-STRAIGHT = 0.1  # radians that a wall turns by at a bubble
-SHARP = 0.6  # radians that a boundary turns by at a corner that counts: at others bubbles would come and go
+STRAIGHT_WALL = 0.1  # radians that a wall turns by at a bubble
+SHARP_CORNER = 0.6  # radians that a boundary turns by at a corner that counts: at others bubbles would come and go
 WIDEST_CORNER = np.cos(np.radians(80.0))  # two triangles of 45 degrees are better than one with a right angle
 NEAREST_TO_CORNER = 0.6  # spacings that a new bubble keeps
 TOO_NEAR_CORNER = 0.5  # spacings within which one goes; less, so that none comes and goes in turns
@@ -245,7 +245,7 @@ def crowded_on_walls(net: Net, domain: Domain) -> Booleans:
     free[bubbles.sliding] = ~(domain.boundary.inner | domain.tied)[bubbles.piece]
     on_walls = np.bincount(net.edges[all_of_rows(net.edges < bubbles.boundary_count)].ravel(), minlength=n)
     free &= (net.valence == FEWEST_ON_A_WALL) & (on_walls == FEWEST_ON_A_WALL - 1)
-    return free & crowded & (net.turns < STRAIGHT)
+    return free & crowded & (net.turns < STRAIGHT_WALL)
 
 
 def across_wide_corners(net: Net, gone: Booleans) -> Integers:
@@ -266,7 +266,7 @@ def facing_wide_corners(net: Net, gone: Booleans, in_spacings: Callable[[Integer
     beside = beside[~any_of_rows(gone[beside])]
     rows, first = np.arange(len(beside)), np.argmin(beside, axis=1)
     apex, a, b = (beside[rows, (first + k) % 3] for k in range(3))
-    sharp = net.turns[apex] >= SHARP
+    sharp = net.turns[apex] >= SHARP_CORNER
     apex, a, b = apex[sharp], a[sharp], b[sharp]
     u, v = (in_spacings(apex, taken(x, end) - taken(x, apex)) for end in (a, b))
     wide = np.einsum("ij,ij->i", u, v) < WIDEST_CORNER * np.hypot(*u.T) * np.hypot(*v.T)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Floats, Integers, all_of_rows, complement, cross
+from bubblemesh.arrays import ROUNDING, Floats, Integers, all_of_rows, complement, cross
 from bubblemesh.errors import GeometryError
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.geometry.periodic import counterparts, matching_edges
@@ -29,13 +29,13 @@ from bubblemesh.packing.demands import Demands
 from bubblemesh.packing.net import Net, connect, connect_inside, reconnect
 from bubblemesh.packing.progress import TimeUp, Watch
 from bubblemesh.packing.sharp_corners import SharpCorners
-from bubblemesh.packing.sites import ROUNDING, Additions, Faults, Sites
+from bubblemesh.packing.sites import Additions, Faults, Sites
 from bubblemesh.packing.smoothing import Smoothing
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 ROUNDS = 1000
-AROUND = 3  # rings of nodes around new ones that are smoothed
+AROUND_NEW = 3  # rings of nodes around new ones that are smoothed
 SMOOTHINGS, ATTEMPTS = 2, 6
 
 
@@ -212,7 +212,7 @@ class Refinement:
 
     def _smoothed(self, net: Net) -> Net:
         """The net with bubbles around new ones moved to better shapes, as far as no demand is broken anew."""
-        free = net.within(np.flatnonzero(net.bubbles.touched), AROUND)
+        free = net.within(np.flatnonzero(net.bubbles.touched), AROUND_NEW)
         free[: net.bubbles.boundary_count] = False
         smoothing, allowed = Smoothing(defect_weight=1.0), len(self._broken(net))
         for _ in range(ATTEMPTS if free.any() else 0):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from bubblemesh.arrays import Booleans, Floats, Integers, complement, cross, turned_left
+from bubblemesh.arrays import ROUNDING, Booleans, Floats, Integers, complement, cross, turned_left
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.meshes.edges import edge_keys, find_keys
 from bubblemesh.meshes.triangulation import circumcircles
@@ -21,7 +21,6 @@ from bubblemesh.spacing.spacing import Spacing
 
 SHORTEST = 1e-10  # of the domain's size: edges that are not split any more
 SHORTEST_IN_SPACINGS = 1e-4  # the same, in spacings: so short is no edge but where corners ask each other for nodes
-ROUNDING = 1e-9  # relative
 ALMOST = 0.99  # of the way to where the angle would be exactly as wanted
 
 

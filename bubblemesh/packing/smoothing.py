@@ -21,7 +21,7 @@ from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
 MOMENTUM = 0.8
-MOST_MOVE = 0.1  # spacings in a step
+MOST_SMOOTHING_MOVE = 0.1  # spacings in a step
 WORSE = 1.04  # shape measure of a triangle from which on the last pass is for it
 LAST_WEIGHT, LAST_SWEEPS = 2.0, 5  # times the weight of lengths in the last pass, and times that it moves a node
 
@@ -105,7 +105,7 @@ class Smoothing(SmoothingPasses):
         scale = np.where(free, d * d, 0.0) / np.where(net.dilated(defects), self.defect_weight, 1.0)
         weights = self.spacing_weight, MOMENTUM, self.shape_step
         groups = bubbles.corners, len(bubbles.piece)
-        descent = Descent(net.triangles, counts, net.edges, d, scale, MOST_MOVE * d, *groups, *weights)
+        descent = Descent(net.triangles, counts, net.edges, d, scale, MOST_SMOOTHING_MOVE * d, *groups, *weights)
         x = descent.moved(bubbles.x, sliding.tangents, self.shape_steps)
         sliding.follow(x)
         return sliding.bubbles_at(x, d)

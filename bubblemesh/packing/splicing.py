@@ -7,7 +7,7 @@ import numpy as np
 from bubblemesh.arrays import Booleans, Floats, Integers, contained, cross, members
 from bubblemesh.meshes.edges import edge_keys, find_keys
 
-STRAIGHT = 1e-9  # of the square of a side: what area a node on a straight rim may be off by
+STRAIGHT_RIM = 1e-9  # of the square of a side: what area a node on a straight rim may be off by
 
 
 def spliced(x: Floats, triangles: Integers, gone: Booleans, halved: Integers) -> Integers | None:
@@ -94,7 +94,7 @@ def _may_take_on_rims(x: Floats, holes: Holes, begin: Integers, end: Integers) -
     u, v = x[holes.a[begin]] - x[node], x[holes.b[end]] - x[node]
     area, side = cross(u, v), v - u
     twice = np.append(node[1:] == node[:-1], False) | np.append(False, node[1:] == node[:-1])  # two rims meet there
-    may[begin] = ~twice & (np.abs(area) <= STRAIGHT * np.einsum("ij,ij->i", side, side))
+    may[begin] = ~twice & (np.abs(area) <= STRAIGHT_RIM * np.einsum("ij,ij->i", side, side))
     return may
 
 

@@ -16,7 +16,7 @@ from bubblemesh.pictures.colouring import MeshData
 from bubblemesh.pictures.plots import small_png
 from bubblemesh.pictures.styles import PlotOptions
 
-WIDE = 4.0  # half the width of the picture, in lengths of the longest ellipse
+WIDE_ELLIPSES = 4.0  # half the width of the picture, in lengths of the longest ellipse
 ALIKE = 1e-6  # relative difference of tensors that are one
 DPI = 110
 MEANING = (
@@ -36,7 +36,7 @@ def metric_section(mesh: Mesh, fields: Mapping[str, Floats], row: Mapping[str, A
         shown, why = int(np.hypot(*(middles - _middle(mesh.points)).T).argmin()), "as they are everywhere"
     else:
         shown, why = int(found.aspects.argmax()), "where they are longest"
-    view = _view(mesh.points, middles[shown], WIDE * float(found.along[shown]))
+    view = _view(mesh.points, middles[shown], WIDE_ELLIPSES * float(found.along[shown]))
     png = base64.b64encode(small_png(mesh, PlotOptions(view=view, ellipses=True, dpi=DPI), MeshData(fields))).decode()
     where = f"Ellipses at {place_in_mesh(middles[shown], size)}"
     picture = tag("img", src=f"data:image/png;base64,{png}", alt=where, class_="overview")

@@ -37,7 +37,7 @@ UNEVEN = 2.0  # per bubble of a perfect cut, and share of the work that is off
 MEETING = 1e-6  # of a cut's length: it meets what is so near to its ends
 ASIDE = 8  # times what is taken for a slip, in which a cut is moved away from corners
 ASIDES = 0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5, 2.0, -2.0, 3.0, -3.0  # spacings, in which one beside periodic sides is
-BEYOND = 0.01  # of the domain's size: around it
+BEYOND_DOMAIN = 0.01  # of the domain's size: around it
 
 CUT = "cut"  # label of the lines
 
@@ -134,7 +134,7 @@ class _Cutter:
     def cuts(self, samples: Leaves, cells: int, expected_nodes: float) -> Cuts:
         """The tree of cuts."""
         x0, y0, x1, y1 = self._domain.bounds
-        around = BEYOND * self._domain.size
+        around = BEYOND_DOMAIN * self._domain.size
         box = np.array(shapely.box(x0 - around, y0 - around, x1 + around, y1 + around).exterior.coords)[:-1]
         total = float((samples.sides**2 / samples.d**2).sum())
         made = list[Cut]()

@@ -12,7 +12,7 @@ from bubblemesh.arrays import Floats, Integers, each_once
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.packing.net import unconnected
 from bubblemesh.packing.placement.diffusion import boundary_bubbles
-from bubblemesh.packing.population import SHARP
+from bubblemesh.packing.population import SHARP_CORNER
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
@@ -53,7 +53,7 @@ class Landings:
     def of(cls, domain: Domain, spacing: Spacing) -> "Landings":
         """The bubbles of a domain that is not cut."""
         shell = unconnected(boundary_bubbles(domain, spacing), domain)
-        smooth = shell.turns < SHARP
+        smooth = shell.turns < SHARP_CORNER
         x, d = shell.bubbles.x[smooth], shell.bubbles.d[smooth]
         return cls(x, d, REACH * d)
 

@@ -21,7 +21,7 @@ from bubblemesh.parts.work import Terms, packed
 from bubblemesh.records import record
 from bubblemesh.spacing.spacing import Spacing
 
-BEYOND = 3  # edges that the band is wider than what the seams move
+WIDER = 3  # edges that the band is wider than what the seams move
 
 
 @record
@@ -52,7 +52,7 @@ def split(domain: Domain, places: Places, done: Packed, target: Spacing | None) 
     n = len(net.bubbles)
     bubbles, triangles = net.bubbles, net.triangles
     on_cuts = bubbles.corners + np.flatnonzero(places.on_cut[bubbles.piece])
-    moving = near(net, np.append(places.ends, on_cuts), SEAM + BEYOND) | near(net, places.ends, JUNCTION + BEYOND)
+    moving = near(net, np.append(places.ends, on_cuts), SEAM + WIDER) | near(net, places.ends, JUNCTION + WIDER)
     in_band = any_of_rows(moving[triangles])
     shared = np.arange(n) < bubbles.boundary_count
     shared[triangles[in_band]] = True

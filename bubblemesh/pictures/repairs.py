@@ -18,7 +18,7 @@ from bubblemesh.pictures.styles import BARE, INK, LABEL_COLOURS
 LONG_SIDE = 6.0  # inches
 CHANGED = LABEL_COLOURS[1]
 MOST_MARKS = 200
-MARGIN = 0.03  # of the size
+MARGIN_SHARE = 0.03  # of the size
 
 
 def draw_repairs(
@@ -35,7 +35,7 @@ def repairs_figure(domain: shapely.Geometry, before: Sequence[Floats], places: S
     """Figure of the rings that a repair changed, beside the domain after it, with marks at the places of changes."""
     points = np.concatenate([shapely.get_coordinates(domain), *before])
     (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
-    margin = MARGIN * max(x1 - x0, y1 - y0)
+    margin = MARGIN_SHARE * max(x1 - x0, y1 - y0)
     width, height = x1 - x0 + 2 * margin, y1 - y0 + 2 * margin
     inches = LONG_SIDE / max(width, height)
     side_by_side = height >= width / 2

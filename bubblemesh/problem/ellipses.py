@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 NumberAt = Callable[[Floats, Floats], Floats]  # (n,) at x (n,) and y (n,)
 NumbersAt = Callable[[Floats, Floats], list[Floats]]
-CLOSE = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
+AT_WALL = 1e-4  # of the domain's size: nearer to a wall the direction is that of its tangent
 SQUARE = 1e-3  # cosine of the angle between a wall and the way to it that is a right one, but for rounding on curves
 INFINITE = 1e100  # size that asks for nothing
 LEAST = 1e-140  # entry that asks for nothing: of smaller ones the determinant would be no number above zero
@@ -110,7 +110,7 @@ class AlongWalls:
         of_point = ~tangent.any(axis=1)  # which has no direction: around it they are circles
         tx, ty = tangent.T
         # Around corners and ends they turn; what is all but on a wall is too near to it to give a direction.
-        close = CLOSE * self.domain.size
+        close = AT_WALL * self.domain.size
         turning = np.flatnonzero((np.abs(tx * ax + ty * ay) > SQUARE * distance) & (distance > close))
         # Outside, where straight edges are looked at that end there, a wall goes on as it was.
         turning = turning[self.domain.reaches(points[turning], np.full(len(turning), close))]
@@ -137,7 +137,7 @@ class AlongWalls:
         boundary = self.domain.boundary
         walls = np.isin(np.array(boundary.labels)[boundary.label], self.labels)
         corners, (centres, radii) = boundary.corners[turns(boundary, walls) > TURNED], bends_of(boundary, walls, TURNED)
-        close, outside = CLOSE * self.domain.size, ~self.domain.contains(centres)
+        close, outside = AT_WALL * self.domain.size, ~self.domain.contains(centres)
         bends = np.unique(np.rint(np.column_stack([centres, radii])[outside] / close), axis=0) * close
         places = np.concatenate([corners, bends[:, :2]])
         return (KDTree(places), np.append(np.zeros(len(corners)), bends[:, 2])) if len(places) else None

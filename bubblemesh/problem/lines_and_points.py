@@ -9,7 +9,7 @@ from bubblemesh.case.domain import FileDomain, InnerKeys
 from bubblemesh.case.geometry_files import SelectedFile
 from bubblemesh.case.lines_and_points import LineFile, LineKeys, PointFile, PointKeys
 from bubblemesh.errors import Key, about, prefixed
-from bubblemesh.geometry.following import Following
+from bubblemesh.geometry.following import SEVERAL, Following
 from bubblemesh.geometry.line_detail import simplified_lines
 from bubblemesh.geometry.line_ends import joined, shared_vertices
 from bubblemesh.geometry.map_projection import MapProjection
@@ -21,7 +21,6 @@ from bubblemesh.readers.selection import METRES, Selection
 
 DOMAIN = Key(["domain"])
 SMOOTH = 30.0  # degrees: vertices that turn by less may be those of a curve
-SEVERAL = 24  # of them are advised to be followed
 
 
 def lines_of(keys: InnerKeys, rings: Sequence[Ring], projection: MapProjection) -> list[OpenPath]:

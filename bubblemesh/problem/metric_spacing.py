@@ -39,7 +39,7 @@ STATIONS, DIFFERENT = 17, 1.5  # places looked at on periodic sides, and times t
 EXCEEDED = 1.001  # of the largest aspect: a larger one has a warning
 LARGER = 1.1  # times: the most that sizes grow to save the nodes that shorter ellipses take
 SAVED = 0.7  # share of these nodes, on a logarithmic scale
-GRADINGS, SAME = 5, 1.2  # one after the other, at most, and times that sizes may differ in the end
+GRADINGS, SAME_SIZES = 5, 1.2  # one after the other, at most, and times that sizes may differ in the end
 MANY_MORE = 2.0  # times as many nodes by a gradation have a warning
 
 
@@ -160,7 +160,7 @@ def _graded(domain: Domain, spacing: MetricSpacing, metrics: Sequence[MetricRequ
         x, triangles = last.net.bubbles.x, last.net.triangles
         before, tensors = result(x), graded(x, triangles, spacing.at(x), growth)
         result = MetricSpacing.of(TensorField.of(x, triangles, tensors), spacing.aspect)
-        if (before <= SAME * area_sizes(tensors)).all():
+        if (before <= SAME_SIZES * area_sizes(tensors)).all():
             break
     return result
 

@@ -19,7 +19,7 @@ from bubblemesh.messages import counted, just_above, place
 from bubblemesh.problem.shapes import length_in_file
 from bubblemesh.spacing.spacing import Spacing
 
-NARROW = 0.2  # spacings: gaps that are narrower are hardly meant
+NARROW_GAP = 0.2  # spacings: gaps that are narrower are hardly meant
 TRIED = (1, 1.5, 2, 3)  # times the widest gap: where three regions meet it takes more than that
 
 
@@ -34,9 +34,9 @@ def open_gaps(case: Case, domain: Domain, spacing: Spacing) -> Iterator[str]:
 
 
 def _open_gaps(keys: RegionFile, shapes: Shapes, names: list[str], spacing: Spacing) -> Iterator[str]:
-    found = slivers(shapes, names, NARROW * float(spacing(shapely.get_coordinates(shapes)).max()))
+    found = slivers(shapes, names, NARROW_GAP * float(spacing(shapely.get_coordinates(shapes)).max()))
     if len(found.widths):
-        found = select(found, found.widths < NARROW * spacing(found.places))
+        found = select(found, found.widths < NARROW_GAP * spacing(found.places))
     if len(found.widths):
         one, other = sorted(names[k] for k in found.beside[0].tolist())
         count, stay = counted(len(found.widths), "narrow gap"), "stays" if len(found.widths) == 1 else "stay"

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, concatenated, members, select
-from bubblemesh.geometry.corners import ANGLE_ROUNDING
+from bubblemesh.geometry.corners import ANGLE_ROUNDING, PINCH_OUT
 from bubblemesh.geometry.domain import Domain
+from bubblemesh.geometry.following import SEVERAL
 from bubblemesh.geometry.narrow_parts import FacingWalls, Gaps
 from bubblemesh.messages import counted, place
 from bubblemesh.spacing.rules.gap_sources import NarrowPlace, size_across, surely_wide
@@ -26,15 +27,13 @@ NARROW = 0.7  # spacings: triangles across what is wider are good
 # Where parts have been filled, as in corners: what is left has angles of 25 degrees, and nothing is to be done.
 NARROW_IF_FILLED = 0.5
 MORE_ACROSS = 1.5  # times: so many more spacings across are advised
-SHARPEST = 5.0  # degrees
 BEYOND = 1e-3  # of the length of a side: how far from its end one looks at the tip of a slit
 MOST_ANGLES = 5  # that a warning lists one by one
-HARDLY_MEANT = 1e-3  # of the spacing: narrower parts may be gaps by mistake
+GAP_BY_MISTAKE = 1e-3  # of the spacing: narrower parts may be gaps by mistake
 MANY_TIMES = 1.5  # the nodes of a spacing: more of them have a warning
 JOIN = "join beside the line or file closes a gap that is not meant"
 UNFILLED = Rules(across=0.0)
 COMMON_SIDE = "regions drawn in the case have a common side where they have the same coordinates"
-SEVERAL = 24  # short edges that may follow a curve
 SIMPLE = 0.2  # of the spacing: what a border may be simplified by
 FELT = 1.01  # times finer: no mesh shows less
 LEAST_SHARE = 1e-3  # of the area: less is not told in figures
@@ -46,7 +45,7 @@ def sharp_angles(domain: Domain) -> list[str]:
     """Warnings of corners where lines enclose so small an angle in the domain that triangles there cannot be good."""
     boundary, ends = domain.boundary, domain.corner_fans
     angle = np.degrees(ends.angle_to(ends.following))
-    sharp = np.flatnonzero(ends.within(boundary) & (angle < SHARPEST))
+    sharp = np.flatnonzero(ends.within(boundary) & (angle < PINCH_OUT))
     sharp = sharp[~_at_tips_of_slits(domain, sharp)]
     sharp = sharp[np.argsort(angle[sharp], kind="stable")]
     sharp = sharp[np.sort(np.unique(ends.corner[sharp], return_index=True)[1])]
@@ -59,7 +58,7 @@ def sharp_angles(domain: Domain) -> list[str]:
     which = "they are" if len(sharp) <= MOST_ANGLES else "the sharpest are"
     angles = ", ".join(f"{degrees} at {spot}" for degrees, spot in zip(size, at, strict=True))
     return [
-        f"{len(sharp)} angles of the domain are below {SHARPEST:g} degrees, {which} {angles}: triangles there are as "
+        f"{len(sharp)} angles of the domain are below {PINCH_OUT:g} degrees, {which} {angles}: triangles there are as "
         "sharp in any mesh"
     ]
 
@@ -136,7 +135,7 @@ def narrow_parts(
         )
     for at, width, d_there in _narrowest(select(gaps, gaps.inner), sized, least):
         can_join = len(walls.domain.parts.lines) > 0 or any(ring.origin for ring in walls.domain.parts.rings)
-        join = f"; {JOIN if can_join else COMMON_SIDE}" if width < HARDLY_MEANT * d_there else ""
+        join = f"; {JOIN if can_join else COMMON_SIDE}" if width < GAP_BY_MISTAKE * d_there else ""
         warnings.append(
             f"what is inside the domain leaves a strip of {width:.3g} at {place(at)}, narrower than the spacing there "
             f"({d_there:.3g}): no nodes fit into it{force}{join}"
@@ -226,7 +225,7 @@ def detail(found: FinerSpacing) -> list[str]:
         simplify: found.edges.loose >= SEVERAL and found.file_length is not None,
         corners: found.edges.of_boundary >= SEVERAL and found.followable is not None,
         of_lines: found.edges.of_lines >= SEVERAL and found.followable_lines,
-        JOIN: len(found.gaps) > 0 and HARDLY_MEANT * found.spacing.ratio > 1,
+        JOIN: len(found.gaps) > 0 and GAP_BY_MISTAKE * found.spacing.ratio > 1,
         "across: 0 in the spacing leaves narrow parts as they are": len(found.gaps) > 0,
     }
     advice = ", ".join(key for key, helps in keys.items() if helps)

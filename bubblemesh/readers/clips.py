@@ -20,6 +20,7 @@ from bubblemesh.geometry.arrangement.overlay import overlaid
 from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.nesting import nested, polygons_of, shapes_of
 from bubblemesh.geometry.paths import Area, Line, OpenPath, Point, Ring, as_point
+from bubblemesh.geometry.repair import THIN
 from bubblemesh.geometry.rings import BezierTo, LineTo, Piece, SplineTo, end_of
 from bubblemesh.messages import counted
 from bubblemesh.readers.features import Clip, CompoundCurve, Feature, vertices_of
@@ -27,7 +28,6 @@ from bubblemesh.readers.rings.duplicates import without_copies, without_same_cir
 from bubblemesh.readers.rings.joining import Joining, meeting, rings_of_curves
 from bubblemesh.readers.rings.open_curves import on_rings
 
-THIN = 1e-6  # of that size: thinner parts are due to rounding, where areas are cut along chords
 MOST_POINTS = 500_000  # of clips, counted for each area that they cut: more would take over a minute
 
 

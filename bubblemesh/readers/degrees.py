@@ -10,7 +10,7 @@ from bubblemesh.arrays import ROUNDING, Floats
 FARTHEST = np.array([180.0, 90.0])
 HUNDREDTHS = 100  # numbers written by hand are mostly multiples of a hundredth
 MOST_ROUND = 0.5  # share of such numbers in a drawing
-FAR = 3.0  # distance of a map from the origin, in sizes of the map; drawings are nearer, most countries are not
+FAR_MAP = 3.0  # distance of a map from the origin, in sizes of the map; drawings are nearer, most countries are not
 NEAR_DATE_LINE = 170.0  # longitude that maps across the date line reach on both sides
 ZONE, WIDEST = 6.0, 12.0  # degrees: width of a zone of UTM, and of the largest area for which one zone will do
 # Codes of WGS 84, ETRS89, NAD83 and NAD27: few files name others.
@@ -44,7 +44,7 @@ def look_like_degrees(points: Floats, is_map: bool = False) -> bool:
     aside = np.maximum(np.maximum(low, -high), 0)  # of the origin
     if not aside.any():
         return False
-    if is_map and np.hypot(*aside) >= FAR * (high - low).max():
+    if is_map and np.hypot(*aside) >= FAR_MAP * (high - low).max():
         return True
     parts = points * HUNDREDTHS
     return bool((np.abs(parts - np.rint(parts)) <= ROUNDING * np.abs(parts)).mean() < MOST_ROUND)

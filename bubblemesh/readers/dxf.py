@@ -40,7 +40,7 @@ logging.getLogger("ezdxf").addHandler(logging.NullHandler())  # else its lines g
 
 MOST_COPIES = 50_000  # entities that blocks draw; a few thousand take a second
 POINTS = 4  # so many points of an entity count as one more entity
-DEEPEST = 16  # blocks within blocks
+DEEPEST_BLOCKS = 16  # blocks within blocks
 UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 9: "mil", 12: "nm", 13: "um"}  # $INSUNITS of the header
 DWG = b"AC10"  # how the binary form of AutoCAD's drawings begins
 END = b"EOF"  # at the end of a complete file
@@ -156,8 +156,8 @@ def _entities(
     walk: _Walk, layout: Iterable[Any], depth: int = 0, hidden: bool = False, clips: tuple[Clip, ...] = ()
 ) -> Iterator[_Drawn]:
     """Entities of a layout, with the entities of blocks in place of inserts."""
-    if depth > DEEPEST:
-        raise CaseError(f"blocks are nested more than {DEEPEST} deep: explode them")
+    if depth > DEEPEST_BLOCKS:
+        raise CaseError(f"blocks are nested more than {DEEPEST_BLOCKS} deep: explode them")
     for entity in layout:
         if depth > 0:
             _count(walk, _size(entity))

@@ -11,7 +11,7 @@ from bubblemesh.kernels.shapes import eta
 from bubblemesh.meshes.triangulation import linked
 from bubblemesh.packing import mending
 from bubblemesh.packing import net as nets
-from bubblemesh.packing.mending import AROUND, AT_MOST, MOVING, Mending, badness, disjoint_patches
+from bubblemesh.packing.mending import AROUND_BAD, AT_MOST, MOVING, Mending, badness, disjoint_patches
 from bubblemesh.packing.net import connect, connect_inside
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected
@@ -100,7 +100,7 @@ def test_bubbles_off_the_patches_stay_bit_for_bit(name):
     limit = np.sort(measure)[-3]  # two triangles to mend
     found = mended(domain, spacing, net, scheme=Mending(mend_worse=max(limit, 1)))
     bad = net.triangles[measure > limit]
-    near = net.within(bad, AROUND)
+    near = net.within(bad, AROUND_BAD)
     np.testing.assert_array_equal(found.bubbles.x[~near], net.bubbles.x[~near])
     moved = (found.bubbles.x != net.bubbles.x).any(axis=1)
     assert moved.any()
@@ -215,7 +215,7 @@ def test_patches_are_apart_and_hold_what_must_not_move(name):
     _, _, net = smoothed_net(name)
     measure = eta(net.bubbles.x, net.triangles)
     bad = np.argsort(-measure)[:AT_MOST]
-    _, part = net.part(net.within(net.triangles[bad[:5]], AROUND))
+    _, part = net.part(net.within(net.triangles[bad[:5]], AROUND_BAD))
     for one in (net, part):
         order = np.argsort(-eta(one.bubbles.x, one.triangles))[:AT_MOST]
         patches = disjoint_patches(one, order)

@@ -11,7 +11,7 @@ from bubblemesh.meshes.quality import radius_ratios
 from bubblemesh.packing.net import connect
 from bubblemesh.packing.placement.diffusion import ErrorDiffusion
 from bubblemesh.packing.relaxation import Connected
-from bubblemesh.packing.smoothing import MOST_MOVE, WORSE, Smoothing
+from bubblemesh.packing.smoothing import MOST_SMOOTHING_MOVE, WORSE, Smoothing
 from bubblemesh.spacing.spacing import Spacing
 
 DOMAIN = Domain.of(
@@ -252,7 +252,7 @@ def test_no_bubble_moves_too_far_in_a_step():
     domain, _, net = jittered(amplitude=0.45)
     moved = Smoothing(shape_steps=1, shape_step=0.1).moved(net, domain, np.ones(len(net.bubbles), bool))
     way = np.hypot(*(moved.x - net.bubbles.x).T)
-    assert way.max() == pytest.approx(MOST_MOVE)
+    assert way.max() == pytest.approx(MOST_SMOOTHING_MOVE)
 
 
 @pytest.mark.parametrize("held_too", [False, True])

@@ -192,9 +192,7 @@ def _closest(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: In
         places = boundary.points(np.repeat(piece, at.shape[1]), at.ravel())
         feet = _feet(boundary, line, np.repeat(chord[moved], at.shape[1]), places)[1]
         distance = np.hypot(*(places - feet).T).reshape(at.shape)
-        nearest = distance == distance.min(
-            axis=1, keepdims=True
-        )  # several where curves touch: rounding
+        nearest = distance == distance.min(axis=1, keepdims=True)  # several where curves touch: rounding
         s = boundary.wrapped(piece, s + (nearest * steps).sum(axis=1) / nearest.sum(axis=1))
         width = width / REFINED
     points[moved] = boundary.points(piece, s)

@@ -15,7 +15,7 @@ from bubblemesh.geometry.boundary import Boundary
 from bubblemesh.geometry.paths import OpenPath
 from bubblemesh.messages import place
 
-FAR = 1.0  # of the domain's size: vertices farther from its box are far outside
+FAR_OUTSIDE = 1.0  # of the domain's size: vertices farther from its box are far outside
 FAR_END = 10.0  # likewise, of the end of a line: it may be drawn to some length
 BACK = -0.9  # cosine of the angle between the ways out and back
 
@@ -26,11 +26,11 @@ def leap_notes(lines: Sequence[OpenPath], polygon: shapely.Polygon | shapely.Mul
     low, high = np.reshape(polygon.bounds, (2, 2))
     size = float((high - low).max())
     from_box = np.maximum(low - every, every - high).max(axis=1) / size
-    if (from_box <= FAR).all():
+    if (from_box <= FAR_OUTSIDE).all():
         return
     ends = np.cumsum([len(line.vertices) for line in lines])[:-1]
     for line, vertices, away in zip(lines, np.split(every, ends), np.split(from_box, ends), strict=True):
-        if (away <= FAR).all() or line.vertices[0] == line.vertices[-1]:
+        if (away <= FAR_OUTSIDE).all() or line.vertices[0] == line.vertices[-1]:
             continue
         if (spike := _spike(vertices, away, size)) is not None:
             yield f"{_told(line, vertices[spike], polygon)}, where the line comes back: is a coordinate wrong?"
@@ -43,12 +43,12 @@ def _spike(vertices: Floats, away: Floats, size: float) -> int | None:
 
     ``away`` (n,) are the distances of the vertices from the domain's box, in its ``size``.
     """
-    far, steps = away > FAR, np.diff(vertices, axis=0)
+    far, steps = away > FAR_OUTSIDE, np.diff(vertices, axis=0)
     lengths = np.hypot(*steps.T)
     outward, inward = np.flatnonzero(~far[:-1] & far[1:]), np.flatnonzero(far[:-1] & ~far[1:])
     for out in outward.tolist():
         for back in inward[inward > out][:1].tolist():
-            straight = min(lengths[out], lengths[back]) > FAR * size
+            straight = min(lengths[out], lengths[back]) > FAR_OUTSIDE * size
             if straight and steps[out] @ steps[back] < BACK * lengths[out] * lengths[back]:
                 return out + 1 + int(np.argmax(away[out + 1 : back + 1]))
     return None
@@ -59,9 +59,9 @@ def _far_end(away: Floats, inside: Booleans) -> int | None:
 
     Many sides are as long together as one with a wrong digit: of a river, which may be that long.
     """
-    if inside[0] and away[-1] > FAR_END and away[-2] <= FAR:
+    if inside[0] and away[-1] > FAR_END and away[-2] <= FAR_OUTSIDE:
         return -1
-    return 0 if inside[1] and away[0] > FAR_END and away[1] <= FAR else None
+    return 0 if inside[1] and away[0] > FAR_END and away[1] <= FAR_OUTSIDE else None
 
 
 def _told(line: OpenPath, at: Floats, polygon: shapely.Polygon | shapely.MultiPolygon) -> str:

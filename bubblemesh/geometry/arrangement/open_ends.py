@@ -17,7 +17,7 @@ from bubblemesh.records import Uncached, record
 
 FAR = 0.1  # of the domain's size: ends that are farther from all else are left out
 NEARLY_CLOSED = 0.5  # of the length of a line: its ends are farther from each other in a line that does not close
-MOST_NAMED = 3
+MOST_ENDS_NAMED = 3
 REACHES = 4.0 ** np.arange(-10, 1)  # of FAR, one after the other, until that many gaps are found
 
 
@@ -44,9 +44,9 @@ class OpenEnds(Uncached):
         gaps: list[Gap] = []
         for reach in FAR * self.size * REACHES:  # all gaps at once would be about the square of the ends
             gaps = self.gaps(np.where(some, reach, 0.0))
-            if len(gaps) >= MOST_NAMED:
+            if len(gaps) >= MOST_ENDS_NAMED:
                 break
-        told = [gap.text + (f" (join: {gap.join} closes that)" if gap.join else "") for gap in gaps[:MOST_NAMED]]
+        told = [gap.text + (f" (join: {gap.join} closes that)" if gap.join else "") for gap in gaps[:MOST_ENDS_NAMED]]
         return "; ".join(told)
 
     @property

@@ -17,7 +17,7 @@ from bubblemesh.kernels.bulges import bulge_distances
 from bubblemesh.kernels.library import or_numpy
 from bubblemesh.records import record
 
-STEPS = 8
+PROJECTION_STEPS = 8
 REST = 1e-9  # of a piece's length: a shorter step changes the distance by its square
 PROJECTED_AT_A_TIME = 1 << 13  # points, so that the arrays stay in the processor's caches
 
@@ -167,7 +167,7 @@ class Projection:
         steps would diverge for a point farther from a convex curve than its radius.
         """
         s, moving = s.copy(), np.arange(len(s))  # most come to rest before the last step
-        for _ in range(STEPS):
+        for _ in range(PROJECTION_STEPS):
             if len(moving) == 0:
                 break
             mine, before = piece[moving], s[moving]

@@ -11,6 +11,7 @@ import numpy as np
 from bubblemesh.arrays import Integers, each_once
 from bubblemesh.errors import FileError
 from bubblemesh.files import read_bytes
+from bubblemesh.meshfiles.groups import ALL_ELEMENTS, ALL_NODES
 from bubblemesh.meshfiles.sources.source import Block, Numbering, Source, reals, wholes, with_named_edges
 from bubblemesh.messages import shown
 
@@ -23,7 +24,6 @@ SIDE = re.compile(r"S([1-4])\Z", re.IGNORECASE)  # S1 is the side from the first
 
 LISTS = "NODE", "ELEMENT", "NSET", "ELSET", "SURFACE"  # keywords that nobody writes without lines
 BY_GMSH = "******* E L E M E N T S *************"  # the line above the elements in decks that Gmsh writes
-ALL_NODES, ALL_ELEMENTS = "NALL", "EALL"  # sets in files of this package and of CalculiX's own mesher
 
 Sets = dict[str, list[int]]
 """Numbers of the elements of each set, by its name in capitals: names have no case."""

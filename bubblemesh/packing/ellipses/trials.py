@@ -30,7 +30,7 @@ from bubblemesh.spacing.metric.metric import MetricSpacing
 
 RINGS = 1, 2  # of bubbles around a bad triangle: small patches, of which there are many at once, and larger ones
 PRICE = 2.0  # what triangles have to cost less for one bubble more, and may cost more for one less
-LEAST_GAIN = 1e-3  # costs that are less by more than rounding
+SURELY_LESS = 1e-3  # costs that are less by more than rounding
 AGAIN = 0.8  # of the chance to be tried, of a triangle for each trial in vain at its nodes
 SMALL, LARGE = 0.8, 1.2  # triangles, by their areas in the metric and in terms of perfect ones
 VALENCE_NOISE, LENGTH_NOISE = 0.6, 0.2  # in the choice of the bubble that leaves, of the edge to which one comes
@@ -87,7 +87,7 @@ class Trials:
         # 2. Patches stay so whose triangles cost less.
         patches, inside = self.measured(patches)
         cost = costs_by(patches.x, patches.triangles, inside, roots(patches.tensors), self.smoothing)
-        better = _sums(cost, patches.owner, count) < before - LEAST_GAIN
+        better = _sums(cost, patches.owner, count) < before - SURELY_LESS
         cost, patches = cost[better[patches.owner]], patches.select(better)
         # 3. The others are as they were.
         n, came, stays = len(state.x), int((patches.nodes < 0).sum()), ~np.append(better, False)[owner]

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from bubblemesh.errors import BubblemeshError, FileError, LimitError
 from bubblemesh.files import opened
 from bubblemesh.messages import cause
+from bubblemesh.readers.grids import MOST_VALUES
 from bubblemesh.records import record
 
 CLASSIC, HDF = b"CDF", b"\x89HDF\r\n\x1a\n"
 TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8", 7: "u1", 8: ">u2", 9: ">u4", 10: ">i8", 11: ">u8"}
 DIMENSION, VARIABLE, ATTRIBUTE = 10, 11, 12
 MOST_NAMES = 100_000  # in a header
-MOST_VALUES = 25_000_000  # read at once
 
 Window = tuple[slice, ...]
 

@@ -18,13 +18,13 @@ from bubblemesh.errors import BubblemeshError, CaseError, FileError, LimitError
 from bubblemesh.files import opened
 from bubblemesh.messages import cause
 from bubblemesh.process.shared import warnings_are
+from bubblemesh.readers.grids import MOST_VALUES
 from bubblemesh.readers.grids.grids import GRIDS
 from bubblemesh.readers.selection import one_of
 
 NUMPY = (".npy", ".npz")
 COORDINATES = ("x", "y")
 NUMBERS = "iuf"  # NumPy's kinds of arrays with real numbers
-MOST_VALUES = 25_000_000  # of an array, and pixels of a picture
 ZIP = b"PK"
 HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 DEEP = 65535.0  # white in pictures of 16 bits

@@ -6,7 +6,7 @@ from bubblemesh.arrays import Booleans, Floats, Integers, taken
 from bubblemesh.kernels.spreading import spread
 from bubblemesh.spacing.grid.quadtree import Quadtree
 
-TOLERANCE = 1e-6  # relative change of a value that is worth passing on
+LEAST_CHANGE = 1e-6  # relative change of a value that is worth passing on
 
 
 def limited_values(grid: Quadtree, values: Floats, growth: float, medium: Booleans) -> Floats:
@@ -21,8 +21,8 @@ def limited_values(grid: Quadtree, values: Floats, growth: float, medium: Boolea
     Computers 22 (2006).
     """
     corners, rise = grid.vertices.corners, growth * grid.sides
-    inner = spread(taken(corners, medium), rise[medium], values, TOLERANCE)
-    outer = spread(taken(corners, ~medium), rise[~medium], inner, TOLERANCE)
+    inner = spread(taken(corners, medium), rise[medium], values, LEAST_CHANGE)
+    outer = spread(taken(corners, ~medium), rise[~medium], inner, LEAST_CHANGE)
     known = np.zeros(len(values), bool)
     known[taken(corners, medium)] = True
     result = np.where(known, inner, outer)

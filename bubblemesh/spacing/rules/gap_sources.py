@@ -24,7 +24,7 @@ POOR = 0.6  # spacings: triangles across what is wider are good as they are
 APART_IN_GAP, FARTHEST_IN_GAP = 0.3, 1.5
 CELLS = 1.4  # largest sides of a grid's cells around them, in terms of that distance
 HALFWAY = 0.5  # the other wall finds the gap too
-HALVINGS = 40
+GAP_HALVINGS = 40
 
 
 def size_across(gaps: Gaps, spacing: Spacing) -> Floats:
@@ -79,7 +79,7 @@ class GapSources:
         done, finest, left_out = [self._sources(found, size, 1.0)], 0.0, None
         piece, begin, length = _probes(domain, spacing)
         waiting, sizes = NO_GAPS, np.zeros(0)
-        for _ in range(HALVINGS):
+        for _ in range(GAP_HALVINGS):
             s = begin + length / 2
             d = spacing(domain.boundary.points(piece, s))
             found, size = self._narrow(walls.facing(piece, s, self.across * d, d), d)

@@ -26,7 +26,7 @@ from bubblemesh.spacing.spacing import Spacing
 
 STEEPEST_GROWTH = 0.4  # of the spacing per length: faster, no packing can follow
 ROUNDS = 60
-NEARLY = 2.0  # larger than they should be by a factor above this, cells are split
+MUCH_LARGER = 2.0  # larger than they should be by a factor above this, cells are split
 DEEPEST_FALL = 0.5  # of a source's size, outside
 LOWERED = 1e-3  # relative change of the spacing that counts
 
@@ -174,7 +174,7 @@ def _largest_sides(samples: Samples, domain: Domain, growth: float, given: Float
     grid, inside = samples.grid, samples.inside
     mine = values[grid.vertices.corners]
     largest = np.where(inside, LARGEST_IN_SPACINGS * least_of_rows(mine), np.inf)
-    if (grid.sides <= NEARLY * largest).all():
+    if (grid.sides <= MUCH_LARGER * largest).all():
         largest = grid.sides.copy()
     steep = np.flatnonzero(inside & too_steep(samples, growth).any(axis=1))
     kept = (values >= given * (1 - LOWERED))[grid.vertices.corners[steep]].any(axis=1)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from bubblemesh.arrays import Floats, side_by_side
+from bubblemesh.arrays import ROUNDING, Floats, side_by_side
 from bubblemesh.geometry.distance.distances import Distance
 from bubblemesh.kernels.hilbert import along_hilbert_curve
 from bubblemesh.records import record
@@ -12,7 +12,6 @@ from bubblemesh.spacing.bounds import Bounds, least_of
 
 NEAR_GROWTH = 0.2  # of the spacing per length, where the case gives none
 TOGETHER = 32  # points that are asked together which terms are in question
-ROUNDING = 1e-9
 
 
 @record

@@ -94,7 +94,7 @@ def test_trials_count_the_bubbles_that_come(ellipses):
 
 
 def test_attempts_end_after_some_in_vain_in_a_row(ellipses, monkeypatch):
-    monkeypatch.setattr(trials, "LEAST_GAIN", np.inf)
+    monkeypatch.setattr(trials, "SURELY_LESS", np.inf)
     assert [each.in_vain for each in attempts(ellipses, waves(), mend_attempts=10)] == [1, 2]
 
 
