@@ -28,6 +28,8 @@ GAP_OF_CHORDS = 0.02  # two curves that touch are nearer to each other's chords 
 MARGIN = 2.0  # times the reach of rings' points: for rounding
 SETTLED = 6.0  # chords from a known contact, within which two rings do not touch again
 REFINED, REFINEMENTS = 8, 9  # a place of contact is looked for at 8 places to each side, then 8 times as finely
+FITTED = 4  # of these refinements, where distances of curves that touch are still far above rounding
+FLAT = 1e-3  # of the distances around it: at the vertex of a parabola it is no larger than at the place found
 MOST_SPLITS = 4  # of two rings, both at two points; more have a curve in common and bound no domain
 
 
@@ -186,16 +188,25 @@ def _closest(boundary: Boundary, line: PolygonalCopy, probe: Integers, chord: In
     points = line.points[probe]
     moved = np.flatnonzero(~_at_corner(boundary, line, probe))
     piece, s, width = line.piece[probe[moved]], line.s[probe[moved]], line.step[probe[moved]]
-    for _ in range(REFINEMENTS if len(moved) else 0):
-        steps = width[:, None] * np.linspace(-1, 1, 2 * REFINED + 1)
-        at = boundary.wrapped(piece[:, None], s[:, None] + steps)
-        places = boundary.points(np.repeat(piece, at.shape[1]), at.ravel())
-        feet = _feet(boundary, line, np.repeat(chord[moved], at.shape[1]), places)[1]
-        distance = np.hypot(*(places - feet).T).reshape(at.shape)
-        nearest = distance == distance.min(axis=1, keepdims=True)  # several where curves touch: rounding
-        s = boundary.wrapped(piece, s + (nearest * steps).sum(axis=1) / nearest.sum(axis=1))
-        width = width / REFINED
-    points[moved] = boundary.points(piece, s)
+
+    def away(at: Floats) -> Floats:
+        """Distances (k, m) from the curves of the chords of places at arc lengths (k, m)."""
+        count = at.shape[1]
+        places = boundary.points(np.repeat(piece, count), boundary.wrapped(piece[:, None], at).ravel())
+        feet = _feet(boundary, line, np.repeat(chord[moved], count), places)[1]
+        return np.hypot(*(places - feet).T).reshape(at.shape)
+
+    for finer in range(REFINEMENTS):
+        at = s[:, None] + width[:, None] * np.linspace(-1, 1, 2 * REFINED + 1) / REFINED**finer
+        s = np.take_along_axis(at, away(at).argmin(axis=1)[:, None], axis=1)[:, 0]
+    # Where curves touch the distance is a parabola, whose vertex is known better than its values tell close to it.
+    width = width / REFINED**FITTED
+    before, least, after = away(s[:, None] + width[:, None] * [-1.0, 0.0, 1.0]).T
+    bend = before - 2 * least + after
+    slope = np.divide(before - after, bend, out=np.zeros(len(bend)), where=bend > 0)
+    vertex = s + width / 2 * np.clip(slope, -1, 1)
+    touching = away(vertex[:, None])[:, 0] <= least + FLAT * np.minimum(before, after)
+    points[moved] = boundary.points(piece, boundary.wrapped(piece, np.where(touching, vertex, s)))
     return points
 
 
