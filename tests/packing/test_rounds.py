@@ -150,9 +150,13 @@ class Recorded:
     scheme: Any
     order: list[str]
 
-    def __call__(self, *arguments, last=None):
-        self.order.append(f"last {self.name}" if last else self.name)
-        return self.scheme(*arguments, **({} if last is None else {"last": last}))
+    def __call__(self, *arguments):
+        self.order.append(self.name)
+        return self.scheme(*arguments)
+
+    def of_worst(self, *arguments):
+        self.order.append(f"{self.name} of the worst")
+        return self.scheme.of_worst(*arguments)
 
     def __getattr__(self, name):
         return getattr(self.scheme, name)
@@ -165,7 +169,7 @@ def test_smoothing_takes_turns_with_population_control_and_mending_ends():
     method = replace(method, **{part: Recorded(part, getattr(method, part), order) for part in parts})
     *_, last = rounds(bubbles, domain, [spacing], method)
     passes = ["smoothing", "population", "smoothing", "population", "smoothing"]
-    assert order[-8:] == [*passes, "last smoothing", "mending", "last smoothing"]
+    assert order[-8:] == [*passes, "smoothing of the worst", "mending", "smoothing of the worst"]
     assert set(order[:-8]) == {"population"}
     assert last.stop_reason is not None
 
