@@ -35,7 +35,9 @@ def main() -> None:
             kept.write_text(json.dumps({name: asdict(case) for name, case in results.items()}))
     results = {name: results[name] for name in CASES if name in results}
     rows = {name: {tool: row(case, tool) for tool in case.tools} for name, case in results.items()}
-    command = shlex.join(["python", "-m", "benchmarks.peers", *sys.argv[1:]])
+    # With kept results the page is of all parts, whichever is run last.
+    words = ["--largest", f"{options.largest:g}", "--repeats", f"{options.repeats}"] if kept else sys.argv[1:]
+    command = shlex.join(["python", "-m", "benchmarks.peers", *words])
     text = page(results, rows, command, options.method, options.repeats)
     draw(rows, [name for name in SIZES if name in rows], options.output.parent / "figures")
     options.output.write_text(text, encoding="utf-8")
