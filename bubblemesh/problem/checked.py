@@ -59,7 +59,8 @@ class CheckedProblem:
         """Warnings of short edges, tight curves and narrow parts that make the spacing finer."""
         domain, task, fitted = self.problem.domain, self.problem.task, self.fitted
         edges = warnings.RefiningEdges.of(domain, fitted.short)
-        if self.request.metrics:  # how many nodes detail takes is known for circles only
+        few = fitted.filled.expected_nodes < warnings.MANY_TIMES * self.requested.survey.ideal_nodes
+        if few or self.request.metrics:  # how many nodes detail takes is known for circles only
             return warnings.refined_boundary(fitted.short, fitted.coarse, edges)
         regions = domain.parts.regions
         rings_followable = not (domain.given_outlines or any(region.area.outer.origin for region in regions))
