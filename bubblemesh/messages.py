@@ -137,13 +137,13 @@ def extent(bounds: Sequence[float]) -> str:
 
 
 def once_each(texts: Iterable[str]) -> tuple[str, ...]:
-    """The first of all texts that differ in nothing but numbers, places and names, with how many others there are.
+    """The first of all texts that differ in nothing but numbers and places, with the count and names of the others.
 
-    Names of the others are listed. Of texts that tell the widest of some gaps it is the one with the widest of all.
+    Of texts that tell the widest of some gaps it is the one with the widest of all.
     """
     kinds: dict[str, list[str]] = {}
     for text in texts:
-        kinds.setdefault(NUMBERS.sub("#", NAME.sub("#", text)), []).append(text)
+        kinds.setdefault(NUMBERS.sub("#", text), []).append(text)
     told = (sorted(some, key=_widest, reverse=True) for some in kinds.values())
     return tuple(first if not others else f"{first} {_more(first, others)}" for first, *others in told)
 

@@ -111,9 +111,6 @@ def test_names_that_look_like_gaps_are_none(label):
 def test_names_of_warnings_that_are_one_are_listed():
     told = [f"'hole-{number}' has {number} sides, and 'inlet' is {number} long" for number in (1, 2, 2, 3)]
     assert once_each(told) == (f"{told[0]} (and 3 more like it: 'hole-2', 'hole-3')",)
-    assert once_each([f"'{name}' is 2 long" for name in ("left", "w2", "right")]) == (
-        "'left' is 2 long (and 2 more like it: 'w2', 'right')",
-    )
     assert once_each(["the ring's 1 and its hole's 2", "the ring's 3 and its hole's 4"]) == (
         "the ring's 1 and its hole's 2 (and 1 more like it)",
     )
