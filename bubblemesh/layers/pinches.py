@@ -6,7 +6,7 @@ these become one before they would meet. So do columns beside each other on a st
 than the edge between them is long.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple, Self
@@ -14,21 +14,15 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from bubblemesh.arrays import Booleans, Floats, Integers, components, turned_left
-from bubblemesh.geometry.boundary import Boundary
-from bubblemesh.geometry.curves import turning
 from bubblemesh.layers.columns import Columns
-from bubblemesh.layers.directions import HIGHEST_STRETCH
-from bubblemesh.layers.ladder import Ladder
-from bubblemesh.layers.walls import Walls, rotated
+from bubblemesh.layers.small_features import LEAST_TURN, clear_of, middle_way, plain_edges, turn_between
+from bubblemesh.layers.walls import Walls
 
 SHORT = 3.0  # edges, in terms of the first layer: on longer ones some layers are no higher than wide
 ROUND = 1.3  # first layers: fillets of a smaller radius are as corners
-LEAST_TURN = np.radians(10)  # of the wall at such a bend
 FARTHEST = 5.0  # lengths of a bend to where the walls beside it would meet
 LOW_MEETING = 3.0  # first layers: columns that meet below are one
 CLEAR = 0.2  # of a layer: least height of its top above the edges of a bend
-LEAST_SLOPE = 1e-6  # of edges across a wall: on flatter ones no way along the wall leads to above them
-CLEAR_OF_STEP = 0.5  # the same above a step: nearer to the line of an edge that faces aside a triangle on it is flat
 SLENDER = 0.1  # of the height of a layer: least mean width of its cells below where columns become one
 
 
@@ -163,38 +157,6 @@ def _on_straight_walls(columns: Columns, walls: Walls, edges: ShortEdges, free: 
     return np.asarray(small & columns.apart & ~edges.on_fillet & free[columns.pair].all(axis=1))
 
 
-def plain_edges(boundary: Boundary, ladders: Sequence[Ladder]) -> Floats:
-    """Lengths (p,) of pieces of a boundary that are below layers of that height on a straight wall; 0 for all others.
-
-    They are straight, the pieces on both sides of them are longer and have the same layers, and go on from there as
-    they do.
-    """
-    length, found = boundary.lengths, np.zeros(len(boundary.lengths))
-    ends = np.concatenate([boundary.start, boundary.end])
-    open_ones = np.flatnonzero(~boundary.closed)
-    pieces_at = np.bincount(ends[ends >= 0], minlength=len(boundary.corners))
-    into, out_of = (np.full(len(boundary.corners), -1) for _ in range(2))
-    into[boundary.end[open_ones]], out_of[boundary.start[open_ones]] = open_ones, open_ones
-    mine = open_ones[~boundary.approximated[open_ones]]
-    begin, end = boundary.start[mine], boundary.end[mine]
-    between = (pieces_at[begin] == 2) & (pieces_at[end] == 2) & (into[begin] >= 0) & (out_of[end] >= 0)
-    mine, before, after = mine[between], into[begin[between]], out_of[end[between]]
-    start, stop = np.zeros(len(mine)), length[mine]
-    ways = (
-        boundary.tangents(before, length[before]),
-        boundary.tangents(mine, start),
-        boundary.tangents(after, 0 * start),
-    )
-    turns = np.abs([turning(ways[0], ways[1]), turning(ways[1], ways[2]), turning(ways[0], ways[2])])
-    plain = (turns < LEAST_TURN).all(axis=0) & (stop < np.minimum(length[before], length[after]))
-    for ladder in ladders:
-        labels = [boundary.labels.index(label) for label in ladder.labels]
-        alike = np.isin(boundary.label, labels)
-        here = plain & alike[mine] & alike[before] & alike[after] & (stop <= ladder.heights.max())
-        found[mine[here]] = stop[here]
-    return found
-
-
 def _at_corner(columns: Columns, walls: Walls, bend: _Bend, *, later: bool) -> _One | None:
     """The column from where the sides beside a bend would meet; from the first layer on, or from a ``later`` one."""
     corner = _corner(columns, walls, bend)
@@ -204,7 +166,7 @@ def _at_corner(columns: Columns, walls: Walls, bend: _Bend, *, later: bool) -> _
 
 def _in_middle(columns: Columns, walls: Walls, bend: _Bend) -> _One | None:
     """The column in the middle of edges of a straight wall, from the layer on that is as high as they are long."""
-    turn = _turn(walls, bend.before, bend.after)
+    turn = turn_between(walls, bend.before, bend.after)
     if abs(turn) >= LEAST_TURN:
         return None
     begin, end = walls.x[walls.ends[bend.before, 1]], walls.x[walls.ends[bend.after, 0]]
@@ -219,57 +181,9 @@ def _in_middle(columns: Columns, walls: Walls, bend: _Bend) -> _One | None:
     width = (across * (columns.at[pair[:, 1]] - columns.at[pair[:, 0]])).sum(axis=1) / columns.bare_widths[bend.inside]
     if layer > 0 and (width.min() <= 0 or width.mean() < SLENDER * heights[layer - 1]):
         return None
-    up = _middle_way(walls, bend.after, turn)
-    at = _clear_of(below, (begin + end) / 2 + tops[layer + 1] * up, walls.directions[bend.after], heights[layer])
+    up = middle_way(walls, bend.after, turn)
+    at = clear_of(below, (begin + end) / 2 + tops[layer + 1] * up, walls.directions[bend.after], heights[layer])
     return None if at is None else _One(at - tops[layer + 1] * up, up, layer + 1)
-
-
-def _clear_of(below: Floats, top: Floats, along: Floats, height: float) -> Floats | None:
-    """Place (2,) on top of a layer of some height that is above all edges ``below`` (k, 2, 2) it, or None.
-
-    It is the nearest one to a ``top`` (2,), ``along`` (2,) the wall from there: edges of a step face its lower side.
-    """
-    left = turned_left(below[:, 1] - below[:, 0])
-    left /= np.hypot(*left.T)[:, None]
-    lacking, slope = CLEAR_OF_STEP * height - ((top - below[:, 0]) * left).sum(axis=1), left @ along
-    with np.errstate(divide="ignore"):
-        way = lacking / np.where(np.abs(slope) > LEAST_SLOPE, slope, 0.0)
-    ahead, back = way[slope > LEAST_SLOPE].max(initial=-height), way[slope < -LEAST_SLOPE].min(initial=height)
-    if ahead > back or (lacking[np.abs(slope) <= LEAST_SLOPE] > 0).any():
-        return None
-    return np.asarray(top + np.clip(0.0, ahead, back) * along)
-
-
-def small_steps(walls: Walls, ladders: Sequence[Ladder]) -> set[int]:
-    """Sides that end at nodes of steps lower than the first layer, and have no fan there: they have one column.
-
-    Such a step is one of sides that are shorter in all than the first layer is high, beside which the wall goes on in
-    about the same direction.
-    """
-    first = np.array([ladder.first for ladder in ladders])[walls.ladder]
-    length = np.hypot(*(walls.x[walls.ends[:, 1]] - walls.x[walls.ends[:, 0]]).T)
-    short = walls.layered & (length < first)
-    before, found = np.full(len(short), -1), set[int]()
-    before[walls.following] = np.arange(len(short))
-    for begin in np.flatnonzero(short & ~short[before]).tolist():
-        chain = [begin]
-        while short[after := int(walls.following[chain[-1]])] and length[chain].sum() < first[begin]:
-            chain.append(after)
-        sides = [int(before[begin]), *chain]
-        if length[chain].sum() < first[begin] and _is_step(walls, [*sides, after], float(first[begin])):
-            found |= {*sides}
-    return found
-
-
-def _is_step(walls: Walls, sides: list[int], first: float) -> bool:
-    """Whether there is a place above a step, those of the sides but for the first and the last one."""
-    before, *chain, after = sides
-    turn = _turn(walls, before, after)
-    if len({*walls.ladder[sides].tolist()}) > 1 or abs(turn) >= LEAST_TURN:
-        return False
-    below = walls.x[walls.ends[chain]]
-    top = (below[0, 0] + below[-1, 1]) / 2 + first * _middle_way(walls, after, turn)
-    return _clear_of(below, top, walls.directions[after], first) is not None
 
 
 def _joining_layer(columns: Columns, inside: Booleans, corner: Floats, up: Floats, later: bool) -> int | None:
@@ -298,22 +212,9 @@ def _joining_layer(columns: Columns, inside: Booleans, corner: Floats, up: Float
     return None
 
 
-def _turn(walls: Walls, before: int, after: int) -> float:
-    """Angle by which a wall turns to the left from one side to another."""
-    first, last = walls.directions[before], walls.directions[after]
-    return float(np.arctan2(first[0] * last[1] - first[1] * last[0], first @ last))
-
-
-def _middle_way(walls: Walls, after: int, turn: float) -> Floats:
-    """Way up (2,) in the middle of a bend that turns by some angle, up to the side ``after`` it."""
-    half = (np.pi - turn) / 2
-    up = rotated(walls.directions[after][None], np.array([half]))[0]
-    return np.asarray(up * min(1 / np.sin(half), HIGHEST_STRETCH))
-
-
 def _corner(columns: Columns, walls: Walls, bend: _Bend) -> tuple[Floats, Floats] | None:
     """Place (2,) where the sides beside a bend would meet, and the way up (2,) from there; None if that is no place."""
-    turn = _turn(walls, bend.before, bend.after)
+    turn = turn_between(walls, bend.before, bend.after)
     if turn < LEAST_TURN:
         return None
     first, last = walls.directions[bend.before], walls.directions[bend.after]
@@ -323,4 +224,4 @@ def _corner(columns: Columns, walls: Walls, bend: _Bend) -> tuple[Floats, Floats
     length = float(np.hypot(*(walls.x[columns.foot[bend.columns]] - begin).T).max())
     if not 0 <= share <= FARTHEST * length:
         return None
-    return begin + share * first, _middle_way(walls, bend.after, turn)
+    return begin + share * first, middle_way(walls, bend.after, turn)

@@ -10,7 +10,8 @@ from bubblemesh.arrays import Booleans, Floats, Integers, turned_left
 from bubblemesh.layers.columns import Columns
 from bubblemesh.layers.directions import HIGHEST_STRETCH, blended, fan, on_curves
 from bubblemesh.layers.ladder import Ladder
-from bubblemesh.layers.pinches import SHORT, parting, pinched, small_steps
+from bubblemesh.layers.pinches import SHORT, parting, pinched
+from bubblemesh.layers.small_features import small_steps
 from bubblemesh.layers.walls import Walls, rotated
 
 ROUGH = np.radians(20)  # between edges on a curve: columns go by these where they are that coarse

@@ -12,9 +12,10 @@ from bubblemesh.case.layers import LayerKeys
 from bubblemesh.errors import CaseError, Key, at_key
 from bubblemesh.geometry.domain import Domain
 from bubblemesh.layers.ladder import MOST_LAYERS, Ladder, count_of, first_of, growth_of
-from bubblemesh.layers.pinches import ROUND, SHORT, plain_edges
+from bubblemesh.layers.pinches import ROUND, SHORT
 from bubblemesh.layers.pipeline import HighLayerError, layered
 from bubblemesh.layers.rest import Rest
+from bubblemesh.layers.small_features import plain_edges
 from bubblemesh.layers.walls import fillet_radii
 from bubblemesh.messages import meant
 from bubblemesh.problem.problem import Task
